@@ -48,7 +48,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     if (tracer->persistent_)
         parts.push_back({tracer->extend_bounces_, "extend", profile.closest_hit_registers, states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
-        auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.registers, part.definitions);
+        auto kernel = tracer->device_->kernel(tracer->geometry_->kernel_name(*tracer->device_, part.stage, part.registers, part.definitions));
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }

@@ -13,6 +13,7 @@
 
 #include "base/log.hpp"
 #include "cli/verbs.hpp"
+#include "raypager/kernel_builder.hpp"
 
 namespace raypager {
 namespace {
@@ -78,6 +79,7 @@ Status dispatch(const Arguments& arguments) {
         return {};
     }
     if (first == "generate") return run_generate({arguments.begin() + 1, arguments.end()});
+    if (first == kernel_builder_verb) return build_kernels(std::span(arguments).subspan(1));
     const auto verb = find_verb(first);
     return verb ? (*verb)->run({arguments.begin() + 1, arguments.end()}) : verb.status();
 }

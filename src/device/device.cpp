@@ -9,6 +9,7 @@
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "base/words.hpp"
+#include "device/kernel_builder.hpp"
 #include "device/program_cache.hpp"
 #include "device/select.hpp"
 
@@ -345,25 +346,45 @@ std::string Device::register_limit(uint32_t registers) const {
     return is_nvidia() && registers > 0 ? fmt::format("-cl-nv-maxrregcount={} ", registers) : "";
 }
 
-Result<cl::Program> Device::program(const std::string& stage, const std::string& definitions) {
-    const std::string options = build_options(definitions), key = stage + " " + options;
+Result<cl::Program> Device::program(const KernelName& name) {
+    const std::string options = build_options(name.definitions), key = name.stage + " " + options;
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
     const auto begin = std::chrono::steady_clock::now();
-    auto built = build_program(context_, device_, info_, stage + ".cl", options, more_sources_, *hooks_);
+    auto built = build_program(context_, device_, info_, name.stage + ".cl", options, more_sources_, *hooks_);
     if (!built) return built.status();
     build_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     programs_[key] = *built;
     return *built;
 }
 
-Result<Kernel> Device::kernel(const std::string& stage, const std::string& name, const std::string& definitions) {
-    auto built = program(stage, definitions);
+void Device::build_ahead(std::span<const KernelName> kernels) {
+    if (profile().build_processes < 2 || !has_kernel_builder() || !more_sources_.empty()) return;
+    std::map<std::string, const KernelName*> seen;
+    std::vector<const KernelName*> missing;
+    for (const KernelName& kernel : kernels) {
+        const std::string options = build_options(kernel.definitions);
+        if (seen.emplace(kernel.stage + " " + options, &kernel).second && is_missing(info_, kernel.stage + ".cl", options))
+            missing.push_back(&kernel);
+    }
+    if (missing.size() < 2) return;
+    const auto begin = std::chrono::steady_clock::now();
+    KernelBuilders builders;
+    const size_t processes = std::min<size_t>(profile().build_processes, missing.size());
+    for (size_t i = 1; i < processes; i++) builders.start(std::to_string(info_.index), missing[i]->stage, missing[i]->definitions);
+    const double before = build_seconds_;
+    (void)program(*missing[0]);
+    builders.wait();
+    build_seconds_ = before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+Result<Kernel> Device::kernel(const KernelName& name) {
+    auto built = program(name);
     if (!built) return built.status();
     Kernel kernel;
-    kernel.name_ = name;
+    kernel.name_ = name.name;
     cl_int code = CL_SUCCESS;
-    kernel.kernel_ = cl::Kernel(*built, name.c_str(), &code);
-    if (code != CL_SUCCESS) return cl_failed("getting kernel " + name, code);
+    kernel.kernel_ = cl::Kernel(*built, name.name.c_str(), &code);
+    if (code != CL_SUCCESS) return cl_failed("getting kernel " + name.name, code);
     return kernel;
 }
 

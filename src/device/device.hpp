@@ -149,6 +149,11 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
     return std::as_bytes(std::span(values));
 }
 
+// stage: kernels/<stage>.cl. definitions: "-DNAME=VALUE ..." beside those of the device.
+struct KernelName {
+    std::string stage, name, definitions;
+};
+
 class Device {
 public:
     // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: default_limit(). tuning: of its profile. hooks:
@@ -194,8 +199,11 @@ public:
     // Kernel sources beside those of the build, which tests have. What they refer to outlives this.
     void use_more_sources(std::span<const KernelSource> sources) { more_sources_ = sources; }
     // Builds kernels/<stage>.cl (from the cache of binaries if it is there) and gets a kernel of it.
-    // definitions: "-DNAME=VALUE ..." beside those of the device.
-    Result<Kernel> kernel(const std::string& stage, const std::string& name, const std::string& definitions);
+    Result<Kernel> kernel(const KernelName& name);
+    // Builds what is not there yet of the programs of these kernels; several at a time, where that is quicker (raypager/kernel_builder.hpp). Fails
+    // for none: whoever asks for the kernel is told. Those that take longest come first.
+    void build_ahead(std::span<const KernelName> kernels);
+    Status build(const KernelName& name) { return program(name).status(); }
     double build_seconds() const { return build_seconds_; }
 
 private:
@@ -205,7 +213,7 @@ private:
     bool since_volta() const;
     bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
     Status refused(uint64_t bytes, std::string_view what, cl_int code);
-    Result<cl::Program> program(const std::string& stage, const std::string& definitions);
+    Result<cl::Program> program(const KernelName& name);
     std::string build_options(const std::string& definitions) const;
 
     DeviceInfo info_;

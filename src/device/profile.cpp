@@ -113,6 +113,7 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
 
 // What NVIDIA's compiler and its sub-groups of 32 work-items want beside: gpu-traversal.md.
 void suit_nvidia(DeviceProfile& p) {
+    p.build_processes = 8;  // its compiler takes one program at a time in a process; there are seven (kernels.md)
     // With fewer registers more rays are under way, and more is put down in memory. 64 instead of 72: camera + 2 to + 3 %, bounces + 7 to + 9 %.
     p.closest_hit_registers = 64;
     p.any_hit_registers = 56;  // 48: 2 % slower; 64: the same (gpu-paging.md)
@@ -133,6 +134,7 @@ using P = DeviceProfile;
 // What decides whether a device works at all is not among them.
 constexpr ProfileField fields[] = {
     {"cache-kernels", &P::cache_kernels, 0, 1, counts, "1: kernels are kept on disk once they are built; 0: that is left to the driver"},
+    {"build-processes", &P::build_processes, 1, 64, counts, "that build kernels at the same time, for the cache on disk"},
     {"default-slots", &P::default_slots, 1024, max_slots_of_all, counts, "path slots while everything is resident"},
     {"preferred-slots", &P::preferred_slots, 1024, max_slots_of_all, counts, "path slots where all geometry fits beside them"},
     {"max-slots", &P::max_slots, 1024, max_slots_of_all, counts, "path slots where blocks are swapped, at most"},

@@ -74,6 +74,14 @@ std::filesystem::path cache_folder() {
     return {};
 }
 
+// Empty if there is no cache.
+std::filesystem::path cached_path(const DeviceInfo& info, const std::string& options, const std::string& text) {
+    const std::filesystem::path folder = info.profile.cache_kernels ? cache_folder() : std::filesystem::path();
+    if (folder.empty()) return {};
+    const std::string identity = fmt::format("{}|{}|{}|{}|{}", info.platform, info.name, info.driver, options, text);
+    return folder / (hex64(hash64(identity)) + ".bin");
+}
+
 std::string build_log(const cl::Program& program, const cl::Device& device) {
     std::string log;
     program.getBuildInfo(device, CL_PROGRAM_BUILD_LOG, &log);
@@ -119,9 +127,7 @@ Result<cl::Program> build_program(const cl::Context& context, const cl::Device& 
                                   const std::string& options, std::span<const KernelSource> more, DeviceHooks& hooks) {
     auto text = expand_kernel_source(source, more);
     if (!text) return text.status();
-    const std::string identity = fmt::format("{}|{}|{}|{}|{}", info.platform, info.name, info.driver, options, *text);
-    const std::filesystem::path folder = info.profile.cache_kernels ? cache_folder() : std::filesystem::path();
-    const std::filesystem::path path = folder.empty() ? folder : folder / (hex64(hash64(identity)) + ".bin");
+    const std::filesystem::path path = cached_path(info, options, *text);
     cl::Program program;
     const bool builds = hooks.may_build();
     if (builds && load_binary(path, context, device, options, program)) return program;
@@ -137,6 +143,14 @@ Result<cl::Program> build_program(const cl::Context& context, const cl::Device& 
     }
     save_binary(path, program);
     return program;
+}
+
+bool is_missing(const DeviceInfo& info, const std::string& source, const std::string& options) {
+    const auto text = expand_kernel_source(source);
+    if (!text) return false;
+    const std::filesystem::path path = cached_path(info, options, *text);
+    std::error_code ignored;
+    return !path.empty() && !std::filesystem::exists(path, ignored);
 }
 
 }  // namespace raypager

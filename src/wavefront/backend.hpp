@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,11 +76,15 @@ protected:
 
     struct Wanted {
         Kernel& kernel;
-        const char *stage, *name;
+        KernelName name;
     };
-    Status get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions) {
+    // Those whose programs take longest to build come first.
+    Status get_kernels(std::span<const Wanted> kernels) {
+        std::vector<KernelName> names;
+        for (const Wanted& wanted : kernels) names.push_back(wanted.name);
+        device_.build_ahead(names);
         for (const Wanted& wanted : kernels) {
-            auto kernel = device_.kernel(wanted.stage, wanted.name, definitions);
+            auto kernel = device_.kernel(wanted.name);
             if (!kernel) return kernel.status();
             wanted.kernel = std::move(*kernel);
         }

@@ -139,10 +139,11 @@ std::string GeometryBuffers::definitions() const {
     return variants_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size_);
 }
 
-Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions) const {
+KernelName GeometryBuffers::kernel_name(const Device& device, const std::string& name, uint32_t registers,
+                                        const std::string& more_definitions) const {
     const bool wide = form_ == BlockForm::wide;
-    return device.kernel((wide ? "stream/" : "single_ray/") + name, "rp_" + name + (wide ? "_stream" : ""),
-                         device.register_limit(registers) + definitions() + more_definitions);
+    return {(wide ? "stream/" : "single_ray/") + name, "rp_" + name + (wide ? "_stream" : ""),
+            device.register_limit(registers) + definitions() + more_definitions};
 }
 
 Status GeometryBuffers::launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const {

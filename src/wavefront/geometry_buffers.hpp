@@ -35,10 +35,10 @@ public:
     // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
     std::string definitions() const;
     BlockForm form() const { return form_; }
-    // The kernel rp_NAME of single_ray/NAME ("extend", "connect"), or rp_NAME_stream of stream/NAME if the blocks are in wide form
+    // Kernel rp_NAME of single_ray/NAME ("extend", "connect"), or rp_NAME_stream of stream/NAME if the blocks are in wide form
     // (where renders take all stages from one program instead).
     // more_definitions: " -D..." beside definitions().
-    Result<Kernel> kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions = {}) const;
+    KernelName kernel_name(const Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions = {}) const;
     // Launches such a kernel for a queue of up to `rays` rays; each work-item loops over its share of them.
     Status launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const;
     // Sets RP_GEOMETRY_PARAMETERS, the wide top tree if the blocks are wide, and block_count, then the rest.

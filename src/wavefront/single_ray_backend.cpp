@@ -40,26 +40,27 @@ Status SingleRayBackend::allocate() {
 
 Status SingleRayBackend::build(const BackendSettings& settings) {
     const DeviceProfile& profile = device_.profile();
-    RAYPAGER_TRY(get_kernels({{publish_, "single_ray/publish", "rp_publish"}, {report_, "single_ray/publish", "rp_report"}}, settings.tracing));
     const std::string states = short_states + settings.single_rays;
     const std::string common =
         device_.register_limit(profile.shading_registers) + geometry_.definitions() + states +
         fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_SLEEP_GROUPS={} -DRP_SHADE_LANES=1", device_.group_size(), profile.wake_sleep_groups);
-    RAYPAGER_TRY(
-        get_kernels({{generate_, "single_ray/generate", "rp_generate"}, {advance_, "single_ray/generate", "rp_advance"}}, common + settings.cameras));
-    RAYPAGER_TRY(get_kernels({{wake_, "single_ray/wake", "rp_wake"}}, common));
-    RAYPAGER_TRY(get_kernels({{shade_, "shading/shade", "rp_shade"}}, common + settings.shading + (settings.textures ? settings.tracing : "")));
     // Persistent threads do not record.
     persistent_ = visit_settings_.capacity == 0 && device_.has_persistent_threads();
     const std::string common_tracing = settings.tracing + (visit_settings_.capacity ? " -DRP_RECORD" : "") + states;
-    const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) -> Status {
-        auto traced = geometry_.kernel(device_, stage, registers, common_tracing + more);
-        if (traced) kernel = std::move(*traced);
-        return traced.status();
+    std::vector<Wanted> kernels;
+    const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) {
+        kernels.push_back({kernel, geometry_.kernel_name(device_, stage, registers, common_tracing + more)});
     };
-    RAYPAGER_TRY(trace(extend_, "extend", profile.closest_hit_registers, persistent_ ? device_.camera_definitions() : ""));
-    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", profile.closest_hit_registers, device_.bounce_definitions()));
-    RAYPAGER_TRY(trace(connect_, "connect", profile.any_hit_registers, ""));
+    kernels.push_back({shade_, {"shading/shade", "rp_shade", common + settings.shading + (settings.textures ? settings.tracing : "")}});
+    trace(connect_, "connect", profile.any_hit_registers, "");
+    if (persistent_) trace(extend_bounces_, "extend", profile.closest_hit_registers, device_.bounce_definitions());
+    trace(extend_, "extend", profile.closest_hit_registers, persistent_ ? device_.camera_definitions() : "");
+    kernels.push_back({generate_, {"single_ray/generate", "rp_generate", common + settings.cameras}});
+    kernels.push_back({advance_, {"single_ray/generate", "rp_advance", common + settings.cameras}});
+    kernels.push_back({wake_, {"single_ray/wake", "rp_wake", common}});
+    kernels.push_back({publish_, {"single_ray/publish", "rp_publish", settings.tracing}});
+    kernels.push_back({report_, {"single_ray/publish", "rp_report", settings.tracing}});
+    RAYPAGER_TRY(get_kernels(kernels));
     textures_ = settings.textures;
     return textures_ ? Status() : set_shading_arguments();
 }

@@ -36,14 +36,16 @@ Status StreamBackend::wake_all_slots() {
 }
 
 Status StreamBackend::build(const BackendSettings& settings) {
-    constexpr const char* all = "stream/all_stages";
-    RAYPAGER_TRY(get_kernels({{begin_, all, "rp_begin_round"},
-                              {wake_, all, "rp_wake_stream"},
-                              {generate_, all, "rp_generate_stream"},
-                              {trace_, all, "rp_trace_stream"},
-                              {shade_, all, "rp_shade"},
-                              {report_, all, "rp_report"}},
-                             geometry_.definitions() + settings.tracing + settings.shading + settings.cameras + " -DRP_SHADE_LANES=16"));
+    const std::string all = geometry_.definitions() + settings.tracing + settings.shading + settings.cameras + " -DRP_SHADE_LANES=16";
+    std::vector<Wanted> kernels;
+    const auto add = [&](Kernel& kernel, const char* name) { kernels.push_back({kernel, {"stream/all_stages", name, all}}); };
+    add(begin_, "rp_begin_round");
+    add(wake_, "rp_wake_stream");
+    add(generate_, "rp_generate_stream");
+    add(trace_, "rp_trace_stream");
+    add(shade_, "rp_shade");
+    add(report_, "rp_report");
+    RAYPAGER_TRY(get_kernels(kernels));
     notes_ = settings.notes;
     textures_ = settings.textures;
     const WavefrontBuffers& b = buffers_;

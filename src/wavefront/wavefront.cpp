@@ -154,8 +154,8 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
 
 Status Wavefront::build_count_waits() {
     if (!film_layout().layers().has(FilmLayer::waits)) return {};
-    auto kernel = device_.kernel("shading/count_waits", "rp_count_waits",
-                                 geometry_.definitions() + (geometry_.form() == BlockForm::stored ? short_states : ""));
+    auto kernel = device_.kernel(
+        {"shading/count_waits", "rp_count_waits", geometry_.definitions() + (geometry_.form() == BlockForm::stored ? short_states : "")});
     if (!kernel) return kernel.status();
     count_waits_ = std::move(*kernel);
     return count_waits_->set(params_.slot_count, buffers_.slots.status(), buffers_.slots.planes(), buffers_.film);

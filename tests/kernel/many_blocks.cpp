@@ -35,7 +35,7 @@ public:
     Status prepare(Device& device) {
         device_ = &device;
         auto raise = support::probe_kernel(device, "common/demand_probe", "rp_probe_demand", "");
-        auto report = device.kernel("single_ray/publish", "rp_report", "");
+        auto report = device.kernel({"single_ray/publish", "rp_report", ""});
         const std::vector<uint32_t> none(RP_DEMAND_WORDS(size_t{blocks_})), zero(RP_COUNTER_WORDS);
         auto demand = device.upload(bytes_of(none), "demand"), counters = device.upload(bytes_of(zero), "counters");
         if (!raise || !report || !demand || !counters) return Status::failed("cannot be prepared");

@@ -15,7 +15,7 @@ const std::vector<KernelSource>& probe_sources();
 // As Device::kernel, also for stages of tests.
 inline Result<Kernel> probe_kernel(Device& device, const std::string& stage, const std::string& name, const std::string& definitions) {
     device.use_more_sources(probe_sources());
-    return device.kernel(stage, name, definitions);
+    return device.kernel({stage, name, definitions});
 }
 
 }  // namespace raypager::support
