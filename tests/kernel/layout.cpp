@@ -83,7 +83,7 @@ TEST(KernelSources, a_kernel_that_does_not_build_is_one_clear_line) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
     // Without RP_STACK_SIZE the source is not valid.
-    auto kernel = (*device)->kernel("single_ray/extend", "rp_extend", "-DRP_SLABS=1");
+    auto kernel = (*device)->kernel({"single_ray/extend", "rp_extend", "-DRP_SLABS=1"});
     ASSERT_FALSE(kernel.ok());
     EXPECT_NE(kernel.status().message().find("single_ray/extend.cl"), std::string::npos);
     EXPECT_EQ(kernel.status().message().find('\n'), std::string::npos);

@@ -25,7 +25,7 @@ protected:
         auto device = Device::open("", 0);
         ASSERT_TRUE(device.ok()) << device.status().message();
         device_ = std::move(*device);
-        auto kernel = device_->kernel("single_ray/publish", "rp_report", " -DRP_TRACK_BOUNCES");
+        auto kernel = device_->kernel({"single_ray/publish", "rp_report", " -DRP_TRACK_BOUNCES"});
         ASSERT_TRUE(kernel.ok()) << kernel.status().message();
         kernel_ = std::move(*kernel);
     }
@@ -180,8 +180,8 @@ TEST_F(Report, what_was_much_once_is_not_read_for_ever) {
 // a whole, with the stage that asks all blocks.
 TEST_F(Report, nobody_waits_for_what_has_come) {
     use(500, 4096);
-    auto publish = device_->kernel("single_ray/publish", "rp_publish", " -DRP_TRACK_BOUNCES");
-    auto advance = device_->kernel("single_ray/generate", "rp_advance", "");
+    auto publish = device_->kernel({"single_ray/publish", "rp_publish", " -DRP_TRACK_BOUNCES"});
+    auto advance = device_->kernel({"single_ray/generate", "rp_advance", ""});
     ASSERT_TRUE(publish.ok() && advance.ok());
     std::vector<rp_page> pages(blocks_, rp_page{RP_NONE, 0, 0, 0});
     const auto is_there = [](uint32_t block) { return block % 3 == 0; };

@@ -116,7 +116,7 @@ protected:
     Lists wake(const Slots& s, bool named) { return wake(s, named, GetParam()); }
     Lists wake(const Slots& s, bool named, uint32_t together) {
         auto kernel =
-            device_->kernel("single_ray/wake", "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_SLEEP_GROUPS=3", device_->group_size()));
+            device_->kernel({"single_ray/wake", "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_SLEEP_GROUPS=3", device_->group_size())});
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");

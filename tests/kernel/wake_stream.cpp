@@ -126,7 +126,7 @@ protected:
 
 private:
     void launch(bool named) {
-        auto begin = device_->kernel("stream/wake", "rp_begin_round", ""), wake = device_->kernel("stream/wake", "rp_wake_stream", "");
+        auto begin = device_->kernel({"stream/wake", "rp_begin_round", ""}), wake = device_->kernel({"stream/wake", "rp_wake_stream", ""});
         ASSERT_TRUE(begin.ok()) << begin.status().message();
         ASSERT_TRUE(wake.ok()) << wake.status().message();
         std::array<cl_uint, RP_MAX_NAMED> names{};
@@ -247,7 +247,7 @@ TEST_F(WakeStream, rays_of_a_block_stand_together) {
 // More slots than one work-item finds at once.
 TEST_F(WakeStream, one_work_item_sees_to_all_slots) {
     constexpr uint32_t many = 200'003;
-    auto wake = device_->kernel("stream/wake", "rp_wake_stream", "");
+    auto wake = device_->kernel({"stream/wake", "rp_wake_stream", ""});
     ASSERT_TRUE(wake.ok()) << wake.status().message();
     std::vector<uint32_t> status(2 * RP_STATUS_WORDS(many)), counters(RP_COUNTER_WORDS), listed(many), unused(many);
     std::vector<uint64_t> awake(RP_AWAKE_WORDS(many), ~uint64_t{0});

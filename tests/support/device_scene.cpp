@@ -71,7 +71,7 @@ Result<std::vector<ProbeHit>> DeviceScene::trace(const std::vector<ProbeRay>& ra
     std::vector<int> exponents;
     for (ProbeRay& ray : rays) exponents.push_back(normalise(ray));
     device_->use_more_sources(probe_sources());
-    auto kernel = geometry_->kernel(*device_, "probe", device_->profile().closest_hit_registers, more_definitions);
+    auto kernel = device_->kernel(geometry_->kernel_name(*device_, "probe", device_->profile().closest_hit_registers, more_definitions));
     if (!kernel) return kernel.status();
     auto input = device_->upload(bytes_of(rays), "rays");
     if (!input) return input.status();
