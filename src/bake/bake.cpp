@@ -166,6 +166,7 @@ private:
         auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : min_automatic);
         if (!memory || scene_.objects.empty()) return memory;
         for (uint64_t BakeMemory::*part : {&BakeMemory::gather, &BakeMemory::bucket, &BakeMemory::buffers, &BakeMemory::cut}) *memory.*part /= 2;
+        memory->bucket_builders = memory->builders;
         memory->chunk_triangles = std::max<size_t>(memory->chunk_triangles / 2, 1);
         return memory;
     }

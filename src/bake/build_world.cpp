@@ -40,7 +40,9 @@ Result<std::vector<BlockEntryBox>> build_from_disk(Bucket all, uint32_t first_id
     const BakeMemory& memory = building->memory;
     const DistributeSettings settings = {memory, building->spill_beside, building->blocks.stop,
                                          [&](double fraction) { progress("distribute", fraction); }};
-    BlockBuilder builder(building->blocks, sink, baked);
+    BlockBuilding blocks = building->blocks;
+    blocks.builders = memory.bucket_builders;
+    BlockBuilder builder(blocks, sink, baked);
     const auto primitives = static_cast<double>(all.primitives());
     std::vector<Bucket> stack;
     stack.push_back(std::move(all));

@@ -18,6 +18,7 @@ namespace raypager {
 namespace {
 
 constexpr size_t buffer_bytes = size_t{1} << 20;
+constexpr uint64_t stripe_bytes = uint64_t{1} << 20;  // of scratch space in several files
 
 Status system_error(const std::filesystem::path& path, const char* what) {
     return Status::failed(fmt::format("{}: {}: {}", path.string(), what, std::strerror(errno)));
@@ -299,16 +300,35 @@ size_t remove_abandoned_temporaries(const std::filesystem::path& target) {
                                         [stem = target.stem().string()](std::string_view other) { return other == stem; });
 }
 
-Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path& beside) {
+Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path& beside, size_t files) {
     const std::filesystem::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
     std::filesystem::path name = temporary_path(beside);
     name += ".spill";
-    const int descriptor = file_system().create_unnamed(name);
-    if (descriptor < 0) return system_error(folder, "no scratch file can be made there");
-    return std::shared_ptr<SpillFile>(new SpillFile(descriptor, folder));
+    std::shared_ptr<SpillFile> space(new SpillFile(folder));
+    for (size_t i = 0; i < files; i++) {
+        const int descriptor = file_system().create_unnamed(name);
+        if (descriptor < 0) return system_error(folder, "no scratch file can be made there");
+        space->descriptors_.push_back(descriptor);
+    }
+    return space;
 }
 
-SpillFile::~SpillFile() { ::close(descriptor_); }
+SpillFile::~SpillFile() {
+    for (const int descriptor : descriptors_) ::close(descriptor);
+}
+
+template <class Visit>
+bool SpillFile::for_each_piece(uint64_t offset, uint64_t bytes, const Visit& visit) const {
+    const uint64_t files = descriptors_.size();
+    if (files == 1) return visit(descriptors_[0], offset, 0, bytes);
+    for (uint64_t before = 0; before < bytes;) {
+        const uint64_t stripe = (offset + before) / stripe_bytes, within = (offset + before) % stripe_bytes;
+        const uint64_t part = std::min(bytes - before, stripe_bytes - within);
+        if (!visit(descriptors_[stripe % files], stripe / files * stripe_bytes + within, before, part)) return false;
+        before += part;
+    }
+    return true;
+}
 
 Result<uint64_t> SpillFile::append(std::span<const std::byte> bytes) {
     const uint64_t offset = reserve(bytes.size());
@@ -317,14 +337,23 @@ Result<uint64_t> SpillFile::append(std::span<const std::byte> bytes) {
 }
 
 Status SpillFile::write(uint64_t offset, std::span<const std::byte> bytes) {
-    if (!write_all(descriptor_, bytes, static_cast<int64_t>(offset)))
+    const auto write = [&](int descriptor, uint64_t at, uint64_t before, uint64_t count) {
+        return write_all(descriptor, bytes.subspan(before, count), static_cast<int64_t>(at));
+    };
+    if (!for_each_piece(offset, bytes.size(), write))
         return Status::failed(fmt::format("{}: a scratch file of {:.1f} GiB there cannot grow: {}; free space, or write to another disk",
                                           folder_.string(), static_cast<double>(offset) / (1 << 30), std::strerror(errno)));
     return {};
 }
 
 Status SpillFile::read(uint64_t offset, std::span<std::byte> bytes) const {
-    if (const size_t done = read_all(descriptor_, offset, bytes); done < bytes.size())
+    size_t done = 0;
+    const auto read = [&](int descriptor, uint64_t at, uint64_t before, uint64_t count) {
+        const size_t came = read_all(descriptor, at, bytes.subspan(before, count));
+        done += came;
+        return came == count;
+    };
+    if (!for_each_piece(offset, bytes.size(), read))
         return Status::failed(fmt::format("{}: a scratch file there cannot be read at byte {}: {}", folder_.string(), offset + done,
                                           errno ? std::strerror(errno) : "it has ended"));
     return {};
@@ -332,7 +361,10 @@ Status SpillFile::read(uint64_t offset, std::span<std::byte> bytes) const {
 
 void SpillFile::discard(uint64_t offset, uint64_t bytes) const {
 #ifdef FALLOC_FL_PUNCH_HOLE
-    (void)::fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset), static_cast<off_t>(bytes));
+    for_each_piece(offset, bytes, [](int descriptor, uint64_t at, uint64_t, uint64_t count) {
+        (void)::fallocate(descriptor, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(at), static_cast<off_t>(count));
+        return true;
+    });
 #else
     (void)offset, (void)bytes;
 #endif

@@ -89,8 +89,10 @@ private:
 // Scratch space on disk: a file that has no name, so that nothing is left of it however the process ends.
 class SpillFile {
 public:
+    // Files that it is made of where all threads write at once: systems let one thread at a time write to a file.
+    static constexpr size_t for_all_threads = 8;
     // In the folder of `beside`.
-    static Result<std::shared_ptr<SpillFile>> create(const std::filesystem::path& beside);
+    static Result<std::shared_ptr<SpillFile>> create(const std::filesystem::path& beside, size_t files = 1);
     ~SpillFile();
     SpillFile(const SpillFile&) = delete;
     SpillFile& operator=(const SpillFile&) = delete;
@@ -106,8 +108,12 @@ public:
     void discard(uint64_t offset, uint64_t bytes) const;
 
 private:
-    SpillFile(int descriptor, std::filesystem::path folder) : descriptor_(descriptor), folder_(std::move(folder)) {}
-    const int descriptor_;
+    explicit SpillFile(std::filesystem::path folder) : folder_(std::move(folder)) {}
+    // Calls visit(descriptor, offset in its file, bytes before, bytes) for the pieces of a range, until it returns false.
+    template <class Visit>
+    bool for_each_piece(uint64_t offset, uint64_t bytes, const Visit& visit) const;
+
+    std::vector<int> descriptors_;  // of the files: stripes of the space are in one after the other
     const std::filesystem::path folder_;
     std::atomic<uint64_t> end_{0};
 };

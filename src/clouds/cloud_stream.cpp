@@ -7,6 +7,7 @@
 #include <map>
 #include <vector>
 
+#include "base/in_order.hpp"
 #include "base/parallel.hpp"
 #include "clouds/cloud_cells.hpp"
 #include "clouds/point_intake.hpp"
@@ -23,7 +24,7 @@ constexpr uint64_t units_in_memory = 64, smallest_unit = uint64_t{1} << 10, larg
 constexpr uint64_t units_share = 4, batch_share = 32;
 // A point of a batch that is placed and sorted into ranges, or made a sphere.
 constexpr uint64_t batch_bytes = 64;
-constexpr uint64_t smallest_batch = uint64_t{1} << 12, largest_batch = uint64_t{1} << 18;
+constexpr uint64_t smallest_batch = uint64_t{1} << 12, largest_batch = uint64_t{1} << 20;
 
 // Which of the points are left, and the number of each among these.
 class Ranks {
@@ -130,7 +131,7 @@ private:
                 return sphere ? std::optional(SphereRecord{*sphere, 0}) : std::nullopt;
             });
             for (SphereRecord& record : spheres) record.id = static_cast<uint32_t>(result_.spheres++);
-            return stream_.take(spheres);
+            return stream_.take(spheres, bounds_of(spheres));
         }));
         count(pass);
         return result_;
@@ -172,6 +173,7 @@ private:
 
     struct Unit {
         std::vector<SphereRecord> spheres;  // their ids are indices of points
+        Box bounds;                         // of the spheres
         uint64_t merged = 0;
         MeshIssues issues;
         float spacing = 0;
@@ -181,7 +183,7 @@ private:
 
     // First all those cells that have what they need; then those few that need to know of the cells around them.
     Status look_at_units(const SortedPoints& points, CloudCells& cells) {
-        auto file = SpillFile::create(stream_.spill_beside);
+        auto file = SpillFile::create(stream_.spill_beside, SpillFile::for_all_threads);
         if (!file) return file.status();
         BucketWriter left(std::move(*file), size_t{1} << 20);
         Ranks ranks(keeps_all() ? 0 : count_);
@@ -202,39 +204,35 @@ private:
         return {};
     }
 
-    // Those of the wanted cells, in order, many at a time. What is done with needs no more space on disk.
+    // Those of the wanted cells, many at a time; they are handed on in order meanwhile. What is done with needs no more space on disk.
     template <class Filter, class Look>
     Status look_at(const SortedPoints& points, CloudCells& cells, BucketWriter& left, Ranks& ranks, const Filter& wanted, const Look& look) {
         std::vector<uint32_t> order;
         for (uint32_t i = 0; i < cells.cells().size(); i++)
             if (wanted(cells.cells()[i])) order.push_back(i);
         std::ranges::sort(order, {}, [&](uint32_t i) { return cells.cells()[i].begin; });
-        std::vector<Unit> units(units_at_once());
-        for (size_t first = 0; first < order.size(); first += units.size()) {
+        const auto look_at_one = [&](size_t i) { return look(cells.cells()[order[i]]); };
+        return make_in_order(order.size(), units_at_once(), look_at_one, [&](size_t i, Unit unit) -> Status {
             RAYPAGER_TRY(check_stop());
-            const size_t count = std::min(units.size(), order.size() - first);
-            parallel_for(count, 1, [&](size_t i, size_t) { units[i] = look(cells.cells()[order[first + i]]); });
-            for (size_t i = 0; i < count; i++) {
-                RAYPAGER_TRY(units[i].status);
-                CloudCell& cell = cells.cells()[order[first + i]];
-                cell.spacing = units[i].spacing;
-                if (!units[i].done) continue;
-                result_.merged += units[i].merged;
-                issues_.add(units[i].issues);
-                RAYPAGER_TRY(hand_on(units[i].spheres, left, ranks));
-                points.discard(cell.begin, cell.end);
-                points_done_ += cell.end - cell.begin;
-            }
+            RAYPAGER_TRY(unit.status);
+            CloudCell& cell = cells.cells()[order[i]];
+            cell.spacing = unit.spacing;
+            if (!unit.done) return {};
+            result_.merged += unit.merged;
+            issues_.add(unit.issues);
+            RAYPAGER_TRY(hand_on(unit.spheres, unit.bounds, left, ranks));
+            points.discard(cell.begin, cell.end);
+            points_done_ += cell.end - cell.begin;
             report(looking, numbering, share(points_done_, count_));
-        }
-        return {};
+            return {};
+        });
     }
 
     // What is left of a cell: to be numbered once all is known that is, or at once.
-    Status hand_on(std::span<SphereRecord> spheres, BucketWriter& left, Ranks& ranks) {
+    Status hand_on(std::span<SphereRecord> spheres, const Box& bounds, BucketWriter& left, Ranks& ranks) {
         if (keeps_all()) {
             result_.spheres += spheres.size();
-            return stream_.take(spheres);
+            return stream_.take(spheres, bounds);
         }
         for (const SphereRecord& record : spheres) ranks.keep(record.id);
         return left.add(sphere_records, std::as_bytes(spheres));
@@ -289,6 +287,7 @@ private:
             if (const auto sphere = kept[i] ? rules_.sphere(held.points[i], unit.issues) : std::nullopt)
                 unit.spheres.push_back({*sphere, held.records[i].index});
         }
+        unit.bounds = bounds_of(unit.spheres);
         unit.done = true;
         return unit;
     }
@@ -322,7 +321,7 @@ private:
             const auto sphere = rules_.sphere(merge.point(), issues_);
             if (!sphere) continue;
             SphereRecord record = {*sphere, merge.number()};
-            RAYPAGER_TRY(hand_on(std::span(&record, 1), left, ranks));
+            RAYPAGER_TRY(hand_on(std::span(&record, 1), sphere_bounds(record.sphere), left, ranks));
         }
         return {};
     }
@@ -338,7 +337,7 @@ private:
                 for (size_t i = begin; i < end; i++) spheres[i].id = static_cast<uint32_t>(ranks_.rank(spheres[i].id));
             });
             result_.spheres += spheres.size();
-            RAYPAGER_TRY(stream_.take(spheres));
+            RAYPAGER_TRY(stream_.take(spheres, bounds_of(spheres)));
             report(numbering, 1, share(result_.spheres, left_.primitives()));
             return {};
         });

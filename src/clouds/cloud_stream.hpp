@@ -19,7 +19,8 @@ struct CloudStream {
     std::filesystem::path spill_beside;
     const std::atomic<bool>* stop = nullptr;
     // Takes each sphere of the cloud once, in any order. Their ids are their numbers in the order of the source; take may change them.
-    std::function<Status(std::span<SphereRecord> spheres)> take;
+    // bounds: of these spheres. Always called by the same thread.
+    std::function<Status(std::span<SphereRecord> spheres, const Box& bounds)> take;
     std::function<void(double fraction)> progress;  // may be empty
 };
 

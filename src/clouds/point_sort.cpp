@@ -35,7 +35,7 @@ Result<PointSorter> PointSorter::create(const PointGrid& grid, uint64_t count, s
     const uint64_t ranges = std::clamp<uint64_t>(static_cast<uint64_t>(static_cast<double>(count) / points_a_range) + 1, 1, most);
     std::sort(sample.begin(), sample.end());
     for (uint64_t r = 1; r < ranges && !sample.empty(); r++) sorter.boundaries_.push_back(sample[sample.size() * r / ranges]);
-    auto file = SpillFile::create(spill_beside);
+    auto file = SpillFile::create(spill_beside, SpillFile::for_all_threads);
     if (!file) return file.status();
     sorter.buffer_bytes_ = std::clamp<size_t>(memory.buffers / (sorter.boundaries_.size() + 1), min_range_buffer, largest_range_buffer);
     for (size_t r = 0; r <= sorter.boundaries_.size(); r++) sorter.writers_.emplace_back(*file, sorter.buffer_bytes_);
@@ -101,7 +101,7 @@ Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop, const std:
         ranges.push_back(std::move(*range));
     }
     writers_.clear();
-    auto file = SpillFile::create(spill_beside_);
+    auto file = SpillFile::create(spill_beside_, SpillFile::for_all_threads);
     if (!file) return file.status();
     const uint64_t offset = (*file)->reserve(count * sizeof(PointRecord));
     std::mutex mutex;

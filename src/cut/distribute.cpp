@@ -28,17 +28,21 @@ public:
         for (size_t i = 0; i < partition.parts(); i++) writers_.emplace_back(file, buffer_bytes);
     }
 
-    // Sorts them by part first, so that each part's are written as one.
+    // Sorts them by part first, so that each part's are written as one. Clouds come in an order of places, so that most go to few parts: what is
+    // large is written by all threads, one part after the other.
     Status take(RecordKind kind, std::span<const std::byte> records) {
         const size_t each = record_bytes[kind], parts = writers_.size();
         const GroupPlaces places(records.size() / each, parts, piece,
                                  [&](size_t i) { return partition_.part_of(make_ref(kind, &records[i * each])); });
         sorted_.resize(records.size());
         places.put_all([&](size_t i, uint32_t place) { std::memcpy(&sorted_[place * each], &records[i * each], each); });
-        return parallel_try(parts, 1, [&](size_t part, size_t) {
-            const size_t begin = places.begin(part), end = places.begin(part + 1);
-            return writers_[part].add(kind, std::span(sorted_).subspan(begin * each, (end - begin) * each));
-        });
+        const auto of_part = [&](size_t part) {
+            return std::span(sorted_).subspan(places.begin(part) * each, (places.begin(part + 1) - places.begin(part)) * each);
+        };
+        for (size_t part = 0; part < parts; part++)
+            if (of_part(part).size() >= large) RAYPAGER_TRY(writers_[part].add(kind, of_part(part)));
+        return parallel_try(parts, 1,
+                            [&](size_t part, size_t) { return of_part(part).size() < large ? writers_[part].add(kind, of_part(part)) : Status(); });
     }
 
     Result<std::vector<Bucket>> finish() {
@@ -52,7 +56,7 @@ public:
     }
 
 private:
-    static constexpr size_t piece = size_t{1} << 14;
+    static constexpr size_t piece = size_t{1} << 14, large = size_t{2} << 20;
     const Partition& partition_;
     std::vector<BucketWriter> writers_;
     UnwrittenVector<std::byte> sorted_;
@@ -97,7 +101,7 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
     const size_t most = std::min<uint64_t>(max_buckets, settings.memory.buffers / (kinds * min_bucket_buffer));
     const Partition partition(std::move(*sample), limit, most);
 
-    auto file = SpillFile::create(settings.spill_beside);
+    auto file = SpillFile::create(settings.spill_beside, SpillFile::for_all_threads);
     if (!file) return file.status();
     const size_t buffer = std::clamp<size_t>(settings.memory.buffers / (kinds * partition.parts()), min_bucket_buffer, largest_bucket_buffer);
     Distributor distributor(partition, *file, buffer);

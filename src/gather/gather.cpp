@@ -222,15 +222,16 @@ private:
     Status stream_points(const Shape& shape, const PointRules& rules) {
         const uint64_t first = count();
         const size_t first_light = out_.lights.size();
-        const auto take = [&](std::span<SphereRecord> spheres) -> Status {
-            for (const auto& [sphere, rank] : spheres) {
+        const auto take = [&](std::span<SphereRecord> spheres, const Box& bounds) -> Status {
+            for (auto& [sphere, id] : spheres) {
+                const uint32_t rank = id;
                 if (first + rank >= index_limit) return too_many(shape);
+                id += static_cast<uint32_t>(first);
                 if (!light_) continue;
                 out_.lights.resize(std::max(out_.lights.size(), first_light + rank + 1));
                 out_.lights[first_light + rank] = sphere_light(sphere, *light_);
             }
-            for (SphereRecord& record : spheres) record.id += static_cast<uint32_t>(first);
-            return spiller_->add(spheres);
+            return spiller_->add(spheres, bounds);
         };
         const auto cloud = stream_cloud(
             shape, rules, {limits_.memory, limits_.spill_beside, limits_.stop, take, [this](double fraction) { report(fraction); }}, out_.issues);
@@ -254,7 +255,7 @@ private:
         std::vector<SphereRecord> records;
         auto id = static_cast<uint32_t>(count());
         for (const WorldSphere& sphere : spheres) records.push_back({sphere, id++});
-        return spiller_->add(records);
+        return spiller_->add(records, bounds_of(records));
     }
 
     // Shapes of the same material that do not shine share a range.

@@ -1,7 +1,6 @@
 #include "gather/spiller.hpp"
 
 #include <algorithm>
-#include <mutex>
 
 #include "base/parallel.hpp"
 #include "gather/lights.hpp"
@@ -10,7 +9,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t piece_triangles = size_t{1} << 14, piece_spheres = size_t{1} << 15;
+constexpr size_t piece_triangles = size_t{1} << 14;
 
 template <class Record>
 void set_attributes(Record& record, size_t corner, const VertexBits& vertex) {
@@ -76,7 +75,7 @@ private:
 };
 
 Result<std::unique_ptr<Spiller>> Spiller::create(const std::filesystem::path& beside, size_t buffer_bytes) {
-    auto file = SpillFile::create(beside);
+    auto file = SpillFile::create(beside, SpillFile::for_all_threads);
     if (!file) return file.status();
     return std::unique_ptr<Spiller>(new Spiller(std::move(*file), buffer_bytes));
 }
@@ -117,14 +116,8 @@ Status Spiller::add_as(RecordKind kind, const Triangles& triangles, const AreaLi
     return {};
 }
 
-Status Spiller::add(std::span<const SphereRecord> spheres) {
-    std::mutex mutex;
-    parallel_for(spheres.size(), piece_spheres, [&](size_t begin, size_t end) {
-        Box bounds;
-        for (const SphereRecord& record : spheres.subspan(begin, end - begin)) bounds.grow(sphere_bounds(record.sphere));
-        const std::lock_guard lock(mutex);
-        bounds_.grow(bounds);
-    });
+Status Spiller::add(std::span<const SphereRecord> spheres, const Box& bounds) {
+    bounds_.grow(bounds);
     spheres_ += spheres.size();
     return writer_.add(sphere_records, std::as_bytes(spheres));
 }
@@ -156,7 +149,7 @@ Status Spiller::add(const World& world, size_t at_once) {
             std::vector<SphereRecord> run;
             for (; i < all && run.size() < at_once && world.is_sphere(i); i++)
                 run.push_back({world.sphere(i), static_cast<uint32_t>(count() + run.size())});
-            RAYPAGER_TRY(add(run));
+            RAYPAGER_TRY(add(run, bounds_of(run)));
             continue;
         }
         uint32_t end = i + 1;

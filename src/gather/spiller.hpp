@@ -28,8 +28,8 @@ public:
         VertexAttributes attributes;
     };
     Status add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues);
-    // With ids of their own. In the end each id must have been given once.
-    Status add(std::span<const SphereRecord> spheres);
+    // With ids of their own. In the end each id must have been given once. bounds: of these spheres.
+    Status add(std::span<const SphereRecord> spheres, const Box& bounds);
     // All of a world, in order, so many triangles at a time. REQUIRES: nothing came before.
     Status add(const World& world, size_t at_once);
 

@@ -36,8 +36,15 @@ std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
 constexpr uint64_t sample_parts = 256;
 constexpr size_t sample_points = 1024;
 
-// What a thread reads of a file of records at a time, at most, and what all do before it is handed on.
-constexpr size_t piece_points = 4096, piece_bytes = size_t{512} << 10, pieces_at_once = 32;
+// What a thread reads of a file of records at a time, at most.
+constexpr size_t piece_points = 4096, piece_bytes = size_t{512} << 10;
+
+// How many such pieces all threads read before they are handed on: of large files several for each thread, as beginning together and waiting for the
+// last one takes a while; but a small share of the file.
+size_t pieces_at_once(uint64_t pieces) {
+    constexpr uint64_t fewest = 32, of_thread = 8, share = 64;
+    return static_cast<size_t>(std::clamp<uint64_t>(pieces / share, fewest, std::max(fewest, of_thread * worker_count())));
+}
 
 struct Scratch {
     std::vector<std::byte> bytes;
@@ -110,10 +117,11 @@ Status CloudFile::stream_records(const RecordReader& reader, const InputFile& fi
                                  MeshIssues& issues) const {
     const RecordRange& records = reader.records();
     const size_t piece = std::clamp<size_t>(piece_bytes / records.stride, 1, piece_points);
+    const size_t at_once = pieces_at_once(records.count / piece) * piece;
     ReusedMemory<Scratch> scratch;
     UnwrittenVector<CloudPoint> converted;
-    for (uint64_t first = 0; first < records.count; first += pieces_at_once * piece) {
-        const auto count = static_cast<size_t>(std::min<uint64_t>(records.count - first, pieces_at_once * piece));
+    for (uint64_t first = 0; first < records.count; first += at_once) {
+        const auto count = static_cast<size_t>(std::min<uint64_t>(records.count - first, at_once));
         std::atomic<uint64_t> not_finite{0};
         std::mutex mutex;
         Status status;

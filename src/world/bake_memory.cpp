@@ -18,6 +18,8 @@ namespace {
 constexpr uint64_t builder_bytes_of_block = 16;
 // Of the limit for all builders together.
 constexpr uint64_t builders_share = 4;
+// Of those beside a bucket, which has a half.
+constexpr uint64_t bucket_builders_eighths = 3;
 // Triangles of a bucket have their own vertices, which must have numbers.
 constexpr uint64_t max_bucket = uint64_t{RP_NONE} / 3 * *std::min_element(std::begin(record_memory), std::begin(record_memory) + sphere_records + 1);
 constexpr uint64_t min_limit = uint64_t{16} << 20;
@@ -39,7 +41,11 @@ Result<BakeMemory> BakeMemory::plan(uint64_t limit, uint64_t block_bytes) {
                                          format_bytes(limit), format_bytes(block_bytes), format_exact_bytes(smallest)));
     BakeMemory memory;
     memory.limit = limit;
-    memory.builders = static_cast<size_t>(std::clamp<uint64_t>(limit / builders_share / (builder_bytes_of_block * block_bytes), 1, worker_count()));
+    const auto builders_in = [&](uint64_t bytes) {
+        return static_cast<size_t>(std::clamp<uint64_t>(bytes / (builder_bytes_of_block * block_bytes), 1, worker_count()));
+    };
+    memory.builders = builders_in(limit / builders_share);
+    memory.bucket_builders = builders_in(limit / 8 * bucket_builders_eighths);
     memory.gather = limit - memory.builders * builder_bytes_of_block * block_bytes;
     memory.bucket = std::min(limit / 2, max_bucket);
     memory.cut = limit / builders_share;

@@ -1,6 +1,7 @@
 #include "world/records.hpp"
 
 #include <algorithm>
+#include <mutex>
 
 #include "base/check.hpp"
 #include "base/parallel.hpp"
@@ -52,6 +53,19 @@ PrimitiveRef make_ref(RecordKind kind, const std::byte* record) {
     }
     ref.weight = static_cast<uint32_t>(record_memory[kind]);
     return ref;
+}
+
+Box bounds_of(std::span<const SphereRecord> spheres) {
+    constexpr size_t piece = size_t{1} << 15;
+    Box all;
+    std::mutex mutex;
+    parallel_for(spheres.size(), piece, [&](size_t begin, size_t end) {
+        Box bounds;
+        for (const SphereRecord& record : spheres.subspan(begin, end - begin)) bounds.grow(sphere_bounds(record.sphere));
+        const std::lock_guard lock(mutex);
+        all.grow(bounds);
+    });
+    return all;
 }
 
 uint64_t Bucket::primitives() const {
@@ -132,6 +146,11 @@ Status BucketWriter::add(RecordKind kind, std::span<const std::byte> records) {
     auto& buffer = buffers_[kind];
     while (!records.empty()) {
         if (buffer.size() == room_[kind]) RAYPAGER_TRY(make_room(kind));
+        if (const size_t whole = records.size() / room_[kind] * room_[kind]; buffer.empty() && whole > 0) {
+            RAYPAGER_TRY(write(kind, records.first(whole)));
+            records = records.subspan(whole);
+            continue;
+        }
         const auto part = records.first(std::min(room_[kind] - buffer.size(), records.size()));
         buffer.insert(buffer.end(), part.begin(), part.end());
         records = records.subspan(part.size());
@@ -147,14 +166,21 @@ Status BucketWriter::make_room(RecordKind kind) {
 }
 
 Status BucketWriter::flush(RecordKind kind) {
-    auto& buffer = buffers_[kind];
-    if (buffer.empty()) return {};
-    const uint64_t offset = bucket_.file->reserve(buffer.size());
-    RAYPAGER_TRY(write_together(*bucket_.file, offset, buffer));
-    const uint64_t records = buffer.size() / record_bytes[kind];
-    bucket_.lists[kind].extents.push_back({offset, records});
-    bucket_.lists[kind].count += records;
-    buffer.clear();
+    RAYPAGER_TRY(write(kind, buffers_[kind]));
+    buffers_[kind].clear();
+    return {};
+}
+
+Status BucketWriter::write(RecordKind kind, std::span<const std::byte> records) {
+    uint64_t offset = bucket_.file->reserve(records.size());
+    RAYPAGER_TRY(write_together(*bucket_.file, offset, records));
+    bucket_.lists[kind].count += records.size() / record_bytes[kind];
+    while (!records.empty()) {
+        const auto extent = records.first(std::min(records.size(), room_[kind]));
+        bucket_.lists[kind].extents.push_back({offset, extent.size() / record_bytes[kind]});
+        offset += extent.size();
+        records = records.subspan(extent.size());
+    }
     return {};
 }
 

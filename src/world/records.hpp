@@ -80,6 +80,9 @@ inline constexpr uint64_t record_memory[record_kinds] = {3 * 28 + 12 + 4 + cut_m
 // The reference of a primitive's record for the cut; its weight is what it takes in memory.
 PrimitiveRef make_ref(RecordKind kind, const std::byte* record);
 
+// Of all of them; by all threads.
+Box bounds_of(std::span<const SphereRecord> spheres);
+
 // Records of one kind, in extents of a spill file that all have the same size but the last one.
 struct RecordList {
     struct Extent {
@@ -125,6 +128,8 @@ public:
 
 private:
     Status make_room(RecordKind kind);
+    // A whole number of full buffers, or what is the last of all.
+    Status write(RecordKind kind, std::span<const std::byte> records);
     Status flush(RecordKind kind);
     Bucket bucket_;
     std::array<std::vector<std::byte>, record_kinds> buffers_;
