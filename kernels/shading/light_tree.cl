@@ -12,6 +12,18 @@
 
 #include "raypager/abi/light_tree.h"
 
+// Down the tree to a leaf. After a loop with a single way out Mesa's compiler (22.3.6, llvmpipe) leaves the next one too soon: in a kernel that first
+// chooses a light and then asks for its chance, that is of the first step alone.
+#ifdef RP_TWO_WAYS_OUT
+#define RP_WHILE_INNER(next)        \
+    for (uint i = 0u; i < 64u; i++) \
+        if ((next)&RP_LIGHT_LEAF)   \
+            break;                  \
+        else
+#else
+#define RP_WHILE_INNER(next) while (!((next)&RP_LIGHT_LEAF))
+#endif
+
 // Squared distances count as at least this share of the squared radius: within its sphere, nothing is known about where the lights of a node are.
 #define RP_LIGHT_NEAREST 0.25f
 #define RP_LIGHT_NEAR 9.0f  // squared distances over squared radii up to which a node's children are looked at
@@ -101,7 +113,7 @@ static inline uint rp_choose_light_at(const __global uint* tree, const __global 
     ulong all_around = width;
     const bool faces = normal.x != 0.0f || normal.y != 0.0f || normal.z != 0.0f;
 #endif
-    while (!(next & RP_LIGHT_LEAF)) {
+    RP_WHILE_INNER(next) {
         const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
 #ifdef RP_LIGHT_CLOSE
         const float2 one = rp_light_gives(tree, pair, place, normal, faces), two = rp_light_gives(tree, pair + 8u, place, normal, faces);

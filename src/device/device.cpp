@@ -322,6 +322,7 @@ std::string Device::build_options(const std::string& definitions) const {
     if (is_nvidia()) options += " -DRP_NV_PTX";
     // Whoever marks a block stores the same byte, so it makes no difference who does; a checker of races does not know that.
     if (info_.platform == "Oclgrind") options += " -DRP_ATOMIC_MARKS";
+    if (info_.platform == "rusticl") options += " -DRP_TWO_WAYS_OUT";  // kernels/shading/light_tree.cl
     if (since_volta()) options += " -DRP_NV_DOT";
     return options + (definitions.empty() ? "" : " ") + definitions;
 }
