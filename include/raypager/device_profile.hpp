@@ -22,8 +22,8 @@ struct DeviceProfile {
 
     // Kernels.
     uint32_t cache_kernels = 1;  // whether they are kept on disk when they are built; 0: the driver does so itself
-    uint32_t build_processes =
-        1;  // that build some at the same time, at most, with this one (raypager/kernel_builder.hpp); they find them in that cache
+    // Processes that build some for that cache at the same time, this one included (raypager/kernel_builder.hpp).
+    uint32_t build_processes = 1;
 
     // Memory.
     uint32_t limit_quarters = 3;      // of the device's memory, or the host's where it shares that, by default

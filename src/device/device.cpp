@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <set>
 
 #include "base/check.hpp"
 #include "base/huge_pages.hpp"
@@ -360,12 +361,11 @@ Result<cl::Program> Device::program(const KernelName& name) {
 
 void Device::build_ahead(std::span<const KernelName> kernels) {
     if (profile().build_processes < 2 || !has_kernel_builder() || !more_sources_.empty()) return;
-    std::map<std::string, const KernelName*> seen;
+    std::set<std::string> seen;
     std::vector<const KernelName*> missing;
     for (const KernelName& kernel : kernels) {
         const std::string options = build_options(kernel.definitions);
-        if (seen.emplace(kernel.stage + " " + options, &kernel).second && is_missing(info_, kernel.stage + ".cl", options))
-            missing.push_back(&kernel);
+        if (seen.insert(kernel.stage + " " + options).second && is_missing(info_, kernel.stage + ".cl", options)) missing.push_back(&kernel);
     }
     if (missing.size() < 2) return;
     const auto begin = std::chrono::steady_clock::now();

@@ -48,10 +48,8 @@ Status RenderJob::collect_film(DeviceWorker& worker) {
     RAYPAGER_TRY(worker.rounds().read_samples_under_way(under_way));
     RAYPAGER_TRY(w.clear_film());
     const FilmAdder adder(layout);
-    parallel_for((film_.size() + piece_words - 1) / piece_words, 1, [&](size_t begin, size_t end) {
-        for (uint64_t first = begin * piece_words; first < std::min(end * piece_words, film_.size()); first += piece_words)
-            adder.add(piece_at(film_, first), piece_at(device_film_, first));
-    });
+    parallel_for((film_.size() + piece_words - 1) / piece_words, 1,
+                 [&](size_t piece, size_t) { adder.add(piece_at(film_, piece * piece_words), piece_at(device_film_, piece * piece_words)); });
     worker.film_was_taken(std::move(under_way));
     return {};
 }
