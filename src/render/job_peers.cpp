@@ -7,6 +7,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/check.hpp"
 #include "base/hash.hpp"
 #include "render/job.hpp"
 #include "render/params.hpp"
@@ -140,6 +141,7 @@ Status RenderJob::act_with_peers() {
     Peers& peers = *options_.peers;
     const auto word = peers.add(action, 0);
     if (!word) return word.status();
+    RAYPAGER_CHECK(*word >> action_bits <= actions_ + 1);  // nobody misses one
     if (peers.rank() > 0) return *word >> action_bits > actions_ ? act(static_cast<PeerAction>(*word & ((1 << action_bits) - 1))) : Status();
     const auto next = next_action();
     if (!next || !*next) return next.status();
@@ -199,7 +201,9 @@ Status RenderJob::act(PeerAction what) {
     if (what == PeerAction::late || what == PeerAction::stop_soon) {
         late_ = late_ || what == PeerAction::late;
         if (what == PeerAction::stop_soon) stop_began_ = render_seconds();
-        return begin_fewer(what == PeerAction::stop_soon);
+        RAYPAGER_TRY(begin_fewer(what == PeerAction::stop_soon));
+        // What comes next would otherwise hide this from who has not looked yet. What follows below is done by all together anyway.
+        return options_.peers->gather({}).status();
     }
     RAYPAGER_TRY(settle());
     RAYPAGER_TRY(collect_films());

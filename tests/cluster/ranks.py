@@ -20,9 +20,12 @@ LIMIT = 120  # seconds of one render
 ENVIRONMENT = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
 
 
+def program(*options: str) -> list[str]:
+    return [PROGRAM, "render", "scene.rpb", "-o", "a.pfm", "--report", "a.json", "--size", "64x48", *options]
+
+
 def command(ranks: int, *options: str) -> list[str]:
-    launcher = [MPIRUN, "-n", str(ranks)] if ranks > 0 else []
-    return [*launcher, PROGRAM, "render", "scene.rpb", "-o", "a.pfm", "--report", "a.json", "--size", "64x48", *options]
+    return [*([MPIRUN, "-n", str(ranks)] if ranks > 0 else []), *program(*options)]
 
 
 def render(ranks: int, *options: str, devices: int = 1) -> dict:
@@ -127,6 +130,15 @@ def check_stops() -> None:
             assert report["image"] == expected, f"{ranks} ranks, {options}: {report['image']}, not {expected}"
 
 
+def check_slow_rank() -> None:
+    """A rank that is long busy with a round sees all that rank 0 wants, though it wants two things at once: the end, and a snapshot."""
+    options = ["--spp", "60000", "--time", "0.4", "--snapshots", "0.4"]
+    job = [MPIRUN, "-n", "1", *program(*options, "--paths", "1024"), ":", "-n", "1", *program(*options, "--paths", "256K")]
+    for _ in range(3):
+        run = subprocess.run(job, env=ENVIRONMENT | {"POCL_DEVICES": "pthread"}, capture_output=True, text=True, timeout=LIMIT)
+        assert run.returncode == 0, run.stderr
+
+
 def check_refusals() -> None:
     for wrong in (["--turntable", "3"], ["--memory-limit", "1"], ["--pool", "host"]):
         run = subprocess.run(command(2, *wrong), env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT)
@@ -164,6 +176,7 @@ def main() -> None:
         check_live_figures()
         check_killed_ranks()
         check_stops()
+        check_slow_rank()
         check_refusals()
         check_silent_ranks()
 
