@@ -145,6 +145,7 @@ struct RenderReport {
     } limits, peak;  // peak: of the device, and the process, that had most
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
     uint32_t tile_size = 0, together = 0, region = 0;  // as RenderTuning has them; those of its checkpoint, if the render went on from one
+    uint32_t film_rows = 0;                            // whose film was on the device at a time: all, or as many as the memory limit leaves room for
     std::string policy, connection;
     BlockForm form = BlockForm::stored;  // of the blocks on the device
     uint64_t film_hash = 0;              // of the sums in the film: the same for the same picture, whatever its layers

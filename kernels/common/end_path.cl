@@ -17,10 +17,9 @@ static inline void rp_add_to_layer(volatile __global uint* words, float3 value) 
 }
 
 // Only now: what is traced again from its camera on, after a checkpoint, must not be added twice.
-static inline void rp_film_add_first_hit(__global uint* film, uint pixel, const rp_paths* paths, uint slot) {
+static inline void rp_film_add_first_hit(volatile __global uint* words, const rp_paths* paths, uint slot) {
     const rp_first_hit hit = rp_first_hit_of(paths, slot);
     if (!hit.any) return;
-    volatile __global uint* words = rp_film_pixel(film, pixel);
 #ifdef RP_LAYER_ALBEDO
     rp_add_to_layer(words + RP_LAYER_ALBEDO, hit.albedo);
 #endif
@@ -33,9 +32,10 @@ static inline void rp_film_add_first_hit(__global uint* film, uint pixel, const 
 
 static inline void rp_add_sample(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
                                  float3 radiance) {
-    rp_film_add(film, pixel, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
+    volatile __global uint* words = rp_film_pixel(params, film, pixel);
+    rp_film_add(words, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
 #ifdef RP_FIRST_HITS
-    rp_film_add_first_hit(film, pixel, paths, slot);
+    rp_film_add_first_hit(words, paths, slot);
 #endif
 }
 

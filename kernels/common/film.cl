@@ -4,14 +4,18 @@
 
 #include "common/arithmetic.cl"
 #include "raypager/abi/film.h"
+#include "raypager/abi/scene.h"
 
 #ifndef RP_FILM_STRIDE
 #define RP_FILM_STRIDE RP_FILM_WORDS
 #endif
-static inline volatile __global uint* rp_film_pixel(__global uint* film, uint pixel) { return film + (size_t)pixel * RP_FILM_STRIDE; }
+// REQUIRES: the film of its row is on the device.
+static inline volatile __global uint* rp_film_pixel(__constant rp_render_params* params, __global uint* film, uint pixel) {
+    return film + (size_t)(pixel - params->film_first_row * params->width) * RP_FILM_STRIDE;
+}
 
-// Radiance <= 2^20 in units of 2^-28 is a whole number of up to 48 bits; its upper part counts 2^32 such units = 2^4. All steps are exact
-// but for the final truncation: v / 16 and its floor are exact, so is the remainder, and 2^28 is a power of two.
+// words: of a channel. Radiance <= 2^20 in units of 2^-28 is a whole number of up to 48 bits; its upper part counts 2^32 such units = 2^4. All steps
+// are exact but for the final truncation: v / 16 and its floor are exact, so is the remainder, and 2^28 is a power of two.
 static inline void rp_film_add_channel(volatile __global uint* words, float v) {
     const float upper = floor(v * 0.0625f);
     const uint high = (uint)upper, low = (uint)((v - upper * 16.0f) * 268435456.0f);
@@ -33,8 +37,8 @@ static inline float3 rp_film_limit(float3 radiance, float max_luminance, float m
     return radiance * scale;
 }
 
-static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance) {
-    volatile __global uint* words = rp_film_pixel(film, pixel);
+// words: of a pixel.
+static inline void rp_film_add(volatile __global uint* words, float3 radiance) {
     const float3 clamped =
         (float3)(radiance.x > 0.0f ? fmin(radiance.x, RP_FILM_MAX_RADIANCE) : 0.0f, radiance.y > 0.0f ? fmin(radiance.y, RP_FILM_MAX_RADIANCE) : 0.0f,
                  radiance.z > 0.0f ? fmin(radiance.z, RP_FILM_MAX_RADIANCE) : 0.0f);
@@ -51,9 +55,6 @@ static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance)
 }
 
 // The camera ray of a sample met nothing, and what is behind is to be transparent.
-static inline void rp_film_add_miss(__global uint* film, uint pixel) {
-    volatile __global uint* words = rp_film_pixel(film, pixel);
-    atomic_add(words + RP_FILM_COUNT, 1u << RP_FILM_MISSES_SHIFT);
-}
+static inline void rp_film_add_miss(volatile __global uint* words) { atomic_add(words + RP_FILM_COUNT, 1u << RP_FILM_MISSES_SHIFT); }
 
 #endif

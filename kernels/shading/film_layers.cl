@@ -45,8 +45,8 @@ static inline float3 rp_albedo(RP_MATERIAL_SPACE const rp_material* material, fl
 static inline float rp_dot_apart(float3 a, float3 b) { return rp_add(rp_add(rp_mul(a.x, b.x), rp_mul(a.y, b.y)), rp_mul(a.z, b.z)); }
 #endif
 
-// vertex: the first of a path. ids: of the hit, as rp_ids_of has them. material_number: of the scene.
-static inline void rp_keep_first_hit(__global uint* film, const __constant rp_camera* camera, const rp_paths* paths, uint slot,
+// words: of the film's pixel. vertex: the first of a path. ids: of the hit, as rp_ids_of has them. material_number: of the scene.
+static inline void rp_keep_first_hit(volatile __global uint* words, const __constant rp_camera* camera, const rp_paths* paths, uint slot,
                                      const rp_vertex_1* vertex, RP_MATERIAL_SPACE const rp_material* material, float distance, uint2 ids,
                                      uint material_number) {
     const float3 direction = rp_float3(vertex->direction);
@@ -56,8 +56,7 @@ static inline void rp_keep_first_hit(__global uint* film, const __constant rp_ca
                      dot(outside, direction) > 0.0f ? rp_encode_normal(-outside) : vertex->shading_normal);
 #endif
     if (vertex->sample != 0u) return;
-    // One work-item writes these: of each pixel there is one first sample. However often it is traced, they are the same.
-    volatile __global uint* words = rp_film_pixel(film, vertex->pixel);
+        // One work-item writes these: of each pixel there is one first sample. However often it is traced, they are the same.
 #ifdef RP_LAYER_DEPTH
     // Not fused in one kernel and rounded in another.
     const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);

@@ -188,7 +188,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #endif
     if (a.primitive == RP_NONE) {
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
-            if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
+            if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(rp_film_pixel(params, film, pixel));
             rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
             return false;
         }
@@ -321,7 +321,7 @@ const __global rp_material* given = materials + material_number;
 #else
         const uint2 ids = (uint2)(0u);
 #endif
-        rp_keep_first_hit(film, &params->camera, paths, slot, vertex, material, distance, ids, material_number);
+        rp_keep_first_hit(rp_film_pixel(params, film, pixel), &params->camera, paths, slot, vertex, material, distance, ids, material_number);
         if (ends) {
             rp_end_path(params, paths, slot, film, pixel, radiance);
             return false;

@@ -58,8 +58,9 @@ Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& op
     const auto device = open_one(options);
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
-    RAYPAGER_TRY(check_picture_size(*params, info));
-    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit(), {.all_devices = nodes});
+    const Sharers sharers = {.all_devices = nodes};
+    RAYPAGER_TRY(check_picture_size(*params, info, may_take_windows(options, {}, *params, sharers)));
+    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit(), sharers);
     if (!plan) return plan.status();
     LimitPlan within;
     within.device = info.name;

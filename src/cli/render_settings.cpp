@@ -289,7 +289,7 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
                   into(options.tuning.hold_above_ready, parse_share));
     parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.tuning.wait_for_loads);
     parser.option("tile", "PIXELS",
-                  "camera paths start in tiles of this many pixels a side (default: 16, on GPUs 128 with --region where not all is resident)",
+                  "camera paths start in tiles of this many pixels a side (default: 16, on GPUs 128 in regions where not all is resident)",
                   into_count(options.tuning.tile_size, 1, 1024));
     parser.option("together", "N",
                   "samples of a pixel that are begun one after the other, 1 to 64 (default: up to 16; 1 with --time, --snapshots, --log or "

@@ -34,11 +34,12 @@ Status RenderJob::prepare() {
         pool_.add(instruments_.parts(wavefront().params()));
         samples_to_begin_ = pool_.left();
     }
-    begin_shared_film();
+    RAYPAGER_TRY(begin_kept_film());
     RAYPAGER_TRY(checkpointer_->restore([this](uint64_t first, std::span<const uint32_t> words) { return write_words(first, words); }));
     const uint64_t next_sample = options_.peers ? common_begin_ : checkpointer_->next_sample();
     if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(next_sample) : std::nullopt));
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
+    if (has_windows()) RAYPAGER_TRY(begin_windows());
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), first().rounds().device().info().cpu_cores());
     render_start_ = Clock::now();
     checkpointer_->begin();
@@ -59,6 +60,7 @@ Status RenderJob::step() {
             return report_progress();
         }
         if (adaptive_) RAYPAGER_TRY(end_stage());
+        RAYPAGER_TRY(go_on_with_windows());
         RAYPAGER_TRY(go_on_with_first_pass());
         if (checkpointer_->due()) RAYPAGER_TRY(keep_checkpoint());
         return report_progress();
@@ -101,8 +103,13 @@ Status RenderJob::settle(bool still) {
 bool RenderJob::all_ended() const {
     if (options_.peers) return finished_;
     if (devices_.several()) return devices_.idle();
+    return device_ended() && !windows_.any_left() && !in_first_pass_ && !adaptive_;  // stages end by themselves
+}
+
+// Of one device.
+bool RenderJob::device_ended() const {
     const WorkerFigures only = devices_.figures().front();
-    return only.all_idle && !only.begins_again && !in_first_pass_ && !adaptive_;  // stages end by themselves
+    return only.all_idle && !only.begins_again && pool_.left() == 0 && pool_.again().empty();
 }
 
 uint64_t RenderJob::samples_begun() const {
@@ -160,13 +167,15 @@ Status RenderJob::take_contents(Checkpointer::Contents& contents) {
     contents.work = work();
     const std::vector<SampleRange> in_pool = pool_.ranges();
     contents.left.insert(contents.left.end(), in_pool.begin(), in_pool.end());
+    contents.left.insert(contents.left.end(), windows_.left().begin(), windows_.left().end());
+    contents.under_way.insert(contents.under_way.end(), windows_.again().begin(), windows_.again().end());
     std::vector<rp_path_sample> samples;
     for (size_t i = 0; i < devices_.count(); i++) {
         Wavefront& w = devices_.worker(i).wavefront();
         const std::vector<SampleRange> left = w.numbers().from(w.samples_begun());
         contents.left.insert(contents.left.end(), left.begin(), left.end());
         // Of devices whose films are collected they are known, whatever has become of the device.
-        if (shares())
+        if (keeps_film())
             samples = devices_.worker(i).again_since_film();
         else
             RAYPAGER_TRY(devices_.worker(i).rounds().read_samples_under_way(samples));

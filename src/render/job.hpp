@@ -14,6 +14,7 @@
 #include "render/adaptive.hpp"
 #include "render/checkpointer.hpp"
 #include "render/device_group.hpp"
+#include "render/film_windows.hpp"
 #include "render/first_pass.hpp"
 #include "render/recorder.hpp"
 #include "render/render.hpp"
@@ -62,6 +63,7 @@ private:
     Status settle(bool still = false);
     Status collect_all();
     bool all_ended() const;
+    bool device_ended() const;
     uint64_t samples_begun() const;
     Status end_early();
     Status keep_checkpoint();
@@ -91,7 +93,10 @@ private:
     Wavefront& wavefront() { return first().wavefront(); }
     const Wavefront& wavefront() const { return first().wavefront(); }
 
-    bool shares() const { return devices_.several() || options_.peers; }  // the film with other devices
+    // The device has one part of the film at a time.
+    bool has_windows() const { return wavefront().params().film_rows < wavefront().params().height; }
+    // Devices add to a film in host memory: several, or one that has a part at a time.
+    bool keeps_film() const { return devices_.several() || options_.peers || has_windows(); }
 
     // job_peers.cpp: what other processes have to do with it.
     enum class PeerAction : uint8_t { checkpoint = 1, snapshot, stage, late, stop_soon, stop, finish };
@@ -134,7 +139,9 @@ private:
     Status read_words(uint64_t first_word, std::span<uint32_t> words);
     Status write_words(uint64_t first_word, std::span<const uint32_t> words);
     Status collect_films();
-    void begin_shared_film();
+    Status begin_kept_film();
+    uint64_t film_words() const { return FilmLayout(wavefront().params()).words() * pixels_; }
+    std::span<uint32_t> film_of_devices();
     Status collect_film(DeviceWorker& worker);
     Status for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see);
     Result<FilmResolver> read_film(FilmUse use = FilmUse::all);
@@ -149,6 +156,9 @@ private:
     Status begin_adaptive(std::optional<uint64_t> next_sample);
     bool stage_has_ended() const;
     Status end_stage();
+    Status begin_windows();
+    Status go_on_with_windows();
+    Status begin_window();
     Status read_for_stage();
     Status begin_stage(const SampleStage& stage, std::vector<SampleRange> left);
     bool goes_coarse_first(const rp_render_params& params) const;
@@ -162,6 +172,7 @@ private:
     // job_changes.cpp
     uint64_t most_pixels() const { return uint64_t{full_width_} * full_height_; }
     Result<rp_render_params> full_size_params() const;
+    Status check_whole_film() const;
 
     const BlockSource& source_;
     std::unique_ptr<ShardedBlocks> sharded_;  // with other processes: those of all
@@ -176,8 +187,9 @@ private:
     RenderRecorder recorder_;
     WorkDone earlier_;                   // by runs before this one, and by devices that have failed
     WorkDone outside_;                   // what the device did before a restart: not of this render
-    std::vector<uint32_t> film_;         // with several devices: what was taken from theirs, or was there before
-    std::vector<uint32_t> device_film_;  // with several devices: one of theirs, while it is taken
+    std::vector<uint32_t> film_;         // if keeps_film(): what was taken from devices, or was there before
+    std::vector<uint32_t> device_film_;  // that of one device, while it is taken
+    FilmWindows windows_;                // if has_windows(): what is left in those that come next
     uint64_t texture_waits_before_ = 0;  // of devices that have failed, and in the end of other processes
     uint64_t begun_before_ = 0;          // samples: by runs before this one, or in another order, or by devices that have failed
     uint64_t sample_limit_ = 0;          // of numbers

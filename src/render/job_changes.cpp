@@ -9,6 +9,7 @@ namespace raypager {
 Status RenderJob::check_restart() const {
     if (options_.peers) return Status::usage("a render that several processes share cannot begin anew");
     if (checkpointer_->enabled()) return Status::usage("a render with a checkpoint cannot begin anew; leave the checkpoint out");
+    RAYPAGER_TRY(check_whole_film());
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("a render that is recorded cannot begin anew");
     const auto params = make_params(scene_, options_);
     if (!params) return params.status();
@@ -35,7 +36,7 @@ Status RenderJob::restart() {
     begun_before_ = 0;
     sample_limit_ = samples_to_begin_ = params->stage_begin;
     pool_.add({{0, sample_limit_}});
-    begin_shared_film();
+    RAYPAGER_TRY(begin_kept_film());
     adaptive_.reset();
     first_pass_ = {};
     in_first_pass_ = false;
@@ -52,15 +53,23 @@ Status RenderJob::restart() {
     return {};
 }
 
+Status RenderJob::check_whole_film() const {
+    if (!has_windows()) return {};
+    return Status::usage("the film does not fit into device memory as a whole, so the render cannot be changed; give a larger --memory-limit");
+}
+
 Status RenderJob::check_limits() const {
     if (options_.peers) return Status::usage("a render that several processes share keeps its limits");
     if (late_ || stop_began_) return Status::usage("the render is about to end");
+    RAYPAGER_TRY(check_whole_film());
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("the limits of a render that is recorded are fixed");
     if (options_.tuning.pool_place == PoolPlace::host) return Status::usage("all geometry is in host memory; there is no limit to change");
     const DeviceRounds& rounds = first().rounds();
     const auto params = full_size_params();
     if (!params) return params.status();
-    return plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share()).status();
+    const auto plan = plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share());
+    if (!plan) return plan.status();
+    return plan->params.film_rows == params->height ? Status() : Status::usage("within such limits the film would not fit as a whole");
 }
 
 // Of the largest view that there may be: memory is divided for that one.
@@ -74,7 +83,7 @@ Result<rp_render_params> RenderJob::full_size_params() const {
 // As from a checkpoint that lies in main memory.
 Status RenderJob::go_on_within_limits() {
     RAYPAGER_TRY(settle(true));
-    std::vector<uint32_t> film(wavefront().film_words());
+    std::vector<uint32_t> film(film_words());
     RAYPAGER_TRY(collect_films());
     RAYPAGER_TRY(read_words(0, film));
     if (in_first_pass_) pool_.add({{pixels_, sample_limit_}});
@@ -122,6 +131,7 @@ Status RenderJob::go_on_within_limits() {
         worker.take_rounds(std::move(*rounds));
         return pixels_ < most_pixels() ? worker.restart(*params) : Status();
     }));
+    RAYPAGER_TRY(check_whole_film());
     devices_.note_figures();
     begun_before_ = begun;
     RAYPAGER_TRY(write_words(0, film));

@@ -35,7 +35,7 @@ Result<std::unique_ptr<Device>> RenderJob::open_device(const DeviceShare& share)
 Result<std::unique_ptr<DeviceRounds>> RenderJob::make_rounds(const rp_render_params& params, const DeviceShare& share,
                                                              Result<std::unique_ptr<Device>> device) {
     if (!device) return device.status();
-    RAYPAGER_TRY(check_picture_size(params, (*device)->info()));
+    RAYPAGER_TRY(check_picture_size(params, (*device)->info(), may_take_windows(options_, instruments_, params, share)));
     return DeviceRounds::create(blocks_from(), options_, instruments_, params, std::move(*device), share,
                                 [this](const std::string& text) { warn(text); });
 }
@@ -119,7 +119,7 @@ Status RenderJob::make_devices(rp_render_params& params) {
     DeviceInfo info;
     auto shares = choose_shares(info);
     if (!shares) return shares.status();
-    RAYPAGER_TRY(check_picture_size(params, info));
+    RAYPAGER_TRY(check_picture_size(params, info, may_take_windows(options_, instruments_, params, shares->front())));
     RAYPAGER_TRY(open_checkpoint(params, info));
     RAYPAGER_TRY(share_blocks(info));
     for (DeviceShare& share : *shares) share.host_limit = settled_host_limit_;

@@ -5,32 +5,42 @@
 
 #include "base/parallel.hpp"
 #include "render/job.hpp"
+#include "render/params.hpp"
 
 namespace raypager {
 
-// One device keeps all of it. What several have comes into host memory before it is read.
+// One device that has all of it keeps it. What others have comes into host memory before it is read.
 Status RenderJob::read_words(uint64_t first_word, std::span<uint32_t> words) {
-    if (!shares()) return wavefront().read_film(first_word, words);
+    if (!keeps_film()) return wavefront().read_film(first_word, words);
     const auto kept = std::span<const uint32_t>(film_).subspan(first_word, words.size());
     std::copy(kept.begin(), kept.end(), words.begin());
     return {};
 }
 
 Status RenderJob::write_words(uint64_t first_word, std::span<const uint32_t> words) {
-    if (!shares()) return wavefront().write_film(first_word, words);
+    if (!keeps_film()) return wavefront().write_film(first_word, words);
     std::copy(words.begin(), words.end(), film_.begin() + static_cast<std::ptrdiff_t>(first_word));
     return {};
 }
 
-void RenderJob::begin_shared_film() {
-    if (!shares()) return;
-    film_.assign(wavefront().film_words(), 0);
-    device_film_.resize(film_.size());
+Status RenderJob::begin_kept_film() {
+    if (!keeps_film()) return {};
+    if (has_windows()) RAYPAGER_TRY(check_host_film(wavefront().params()));
+    film_.assign(film_words(), 0);
+    device_film_.resize(wavefront().film_words());
+    return {};
+}
+
+// The part of the film that devices have now.
+std::span<uint32_t> RenderJob::film_of_devices() {
+    const rp_render_params& params = wavefront().params();
+    const uint64_t first = uint64_t{params.width} * params.film_first_row * FilmLayout(params).words();
+    return std::span(film_).subspan(first, std::min<uint64_t>(device_film_.size(), film_.size() - first));
 }
 
 // Then it is safe, whichever of several devices fails afterwards. REQUIRES: settled.
 Status RenderJob::collect_films() {
-    if (!shares()) return {};
+    if (!keeps_film()) return {};
     return on_each_device([this](DeviceWorker& worker) { return collect_film(worker); });
 }
 
@@ -40,23 +50,24 @@ Status RenderJob::collect_film(DeviceWorker& worker) {
     Wavefront& w = worker.wavefront();
     const FilmLayout layout(w.params());
     const uint64_t piece_words = film_piece_words(layout.words());
-    const auto piece_at = [piece_words](std::vector<uint32_t>& film, uint64_t first) {
-        return std::span(film).subspan(first, std::min(piece_words, film.size() - first));
+    const std::span<uint32_t> kept = film_of_devices(), taken = std::span(device_film_).first(kept.size());
+    const auto piece_at = [piece_words](std::span<uint32_t> film, uint64_t first) {
+        return film.subspan(first, std::min(piece_words, film.size() - first));
     };
-    for (uint64_t first = 0; first < device_film_.size(); first += piece_words) RAYPAGER_TRY(w.read_film(first, piece_at(device_film_, first)));
+    for (uint64_t first = 0; first < taken.size(); first += piece_words) RAYPAGER_TRY(w.read_film(first, piece_at(taken, first)));
     std::vector<rp_path_sample> under_way;
     RAYPAGER_TRY(worker.rounds().read_samples_under_way(under_way));
     RAYPAGER_TRY(w.clear_film());
     const FilmAdder adder(layout);
-    parallel_for((film_.size() + piece_words - 1) / piece_words, 1,
-                 [&](size_t piece, size_t) { adder.add(piece_at(film_, piece * piece_words), piece_at(device_film_, piece * piece_words)); });
+    parallel_for((kept.size() + piece_words - 1) / piece_words, 1,
+                 [&](size_t piece, size_t) { adder.add(piece_at(kept, piece * piece_words), piece_at(taken, piece * piece_words)); });
     worker.film_was_taken(std::move(under_way));
     return {};
 }
 
 Status RenderJob::for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see) {
     RAYPAGER_TRY(collect_films());
-    const uint64_t all = wavefront().film_words(), most = film_piece_words(FilmLayout(wavefront().params()).words());
+    const uint64_t all = film_words(), most = film_piece_words(FilmLayout(wavefront().params()).words());
     std::vector<uint32_t> words(std::min(most, all));
     for (uint64_t first = 0; first < all; first += most) {
         const std::span<uint32_t> piece = std::span(words).first(std::min(most, all - first));
@@ -77,7 +88,7 @@ Result<FilmResolver> RenderJob::read_film(FilmUse use) {
 }
 
 Status RenderJob::snapshot(double now) {
-    if (devices_.several()) RAYPAGER_TRY(settle());
+    if (keeps_film()) RAYPAGER_TRY(settle());
     devices_.doing("writing a snapshot");
     RenderProgress p = progress();
     auto film = read_film();
@@ -191,6 +202,7 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
     report.tile_size = params.order.tile_size;
     report.together = params.order.together;
     report.region = params.order.region;
+    report.film_rows = params.film_rows;
     report.policy = policy_name(options_.tuning.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = rounds.plan().form;

@@ -23,7 +23,7 @@ struct Told {
 // Samples, without those that are to be begun again. Of several processes rank 0 counts those that a checkpoint has left under way; another that
 // begins some of them again has less than none at first.
 int64_t RenderJob::begun_here(const std::vector<WorkerFigures>& devices) const {
-    uint64_t begun = samples_begun() - first_pass_.left() - pool_.again().size();
+    uint64_t begun = samples_begun() - first_pass_.left() - pool_.again().size() - windows_.again().size();
     for (const WorkerFigures& f : devices) begun -= f.again_left;
     return static_cast<int64_t>(begun);
 }

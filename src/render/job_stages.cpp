@@ -1,4 +1,4 @@
-// What of a render comes in steps: the first pass that goes coarse to fine, and the stages of adaptive sampling.
+// What of a render comes in steps: the first pass that goes coarse to fine, the stages of adaptive sampling, and windows of the film.
 #include <algorithm>
 
 #include "render/job.hpp"
@@ -8,7 +8,7 @@ namespace raypager {
 
 // Of a checkpoint every sample is known by its number or because its path is under way; a recording is one of the usual order.
 bool RenderJob::goes_coarse_first(const rp_render_params& params) const {
-    return options_.coarse_first && !shares() && params.adaptive_error == 0 && !checkpointer_->enabled() && instruments_.record_paths == 0;
+    return options_.coarse_first && !keeps_film() && params.adaptive_error == 0 && !checkpointer_->enabled() && instruments_.record_paths == 0;
 }
 
 // Until all of them have begun, no samples are begun by number: those of the first pass count as begun already.
@@ -116,6 +116,27 @@ Status RenderJob::end_stage() {
     return {};
 }
 
+Status RenderJob::begin_windows() {
+    windows_ = FilmWindows(wavefront().params(), pool_.ranges(), pool_.again());
+    pool_.clear();
+    return windows_.any_left() ? begin_window() : Status();
+}
+
+// Once the last path in a window has ended, the device gets the next one.
+Status RenderJob::go_on_with_windows() {
+    if (stopped_ || !windows_.any_left() || !device_ended()) return {};
+    RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(collect_films());
+    return begin_window();
+}
+
+Status RenderJob::begin_window() {
+    FilmWindows::Window window = windows_.take();
+    pool_.add(std::move(window.ranges));
+    pool_.add_again(window.again);
+    return wavefront().move_film(window.first_row);
+}
+
 // Of ranges that have not begun, what still is to: what every pixel needs to have a sample, and, where it ends at a stop's or the clock's bidding
 // between two passes, the rest of the pass that is under way. begun: the first of them follows samples that have begun.
 std::vector<SampleRange> RenderJob::shorten(std::vector<SampleRange> ranges, bool begun, bool stop) {
@@ -138,7 +159,8 @@ Status RenderJob::begin_fewer(bool stop) {
     std::vector<SampleRange> in_pool = pool_.ranges();
     pool_.cut(0);
     pool_.add(shorten(std::move(in_pool), false, stop));
-    uint64_t to_begin = begun_before_ + pool_.left();
+    windows_.replace_left(shorten(windows_.left(), false, stop));
+    uint64_t to_begin = begun_before_ + pool_.left() + windows_.numbers_left();
     for (size_t i = 0; i < devices_.count(); i++) {
         Wavefront& w = devices_.worker(i).wavefront();
         std::vector<SampleRange> left = shorten(w.numbers().from(w.samples_begun()), true, stop);
@@ -149,7 +171,7 @@ Status RenderJob::begin_fewer(bool stop) {
     left_out_ = merge_ranges(std::move(left_out_));
     shortened_ = shortened_ || (stop && to_begin < samples_to_begin_);
     samples_to_begin_ = to_begin;
-    return stop && !shares() && !wavefront().begins_again() ? begin_coarse() : Status();
+    return stop && !keeps_film() && !wavefront().begins_again() ? begin_coarse() : Status();
 }
 
 // Where there is no time for the whole first pass, the rest of the picture becomes a coarse one.

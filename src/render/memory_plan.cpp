@@ -19,6 +19,15 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
     return limit;
 }
 
+// Bytes of the film that are there at a time. others: that slots and blocks need at least.
+uint64_t film_bytes(const MemoryNeeds& needs, uint64_t others) {
+    const uint64_t left = needs.limit - std::min(needs.limit, needs.fixed), room = std::min(left - std::min(left, others), needs.max_film);
+    if (needs.film_part == 0 || needs.film <= std::min(left / 2, room)) return needs.film;
+    const uint64_t parts = (needs.film + needs.film_part - 1) / needs.film_part;
+    const uint64_t most = std::max<uint64_t>(1, std::min(left / 4, room) / needs.film_part), windows = (parts + most - 1) / most;
+    return std::min(needs.film, (parts + windows - 1) / windows * needs.film_part);
+}
+
 // Slots whose bytes are a certain part of the scene's over the share that is resident.
 uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
     const double geometry = static_cast<double>(needs.geometry);
@@ -58,7 +67,8 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
 
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs) {
     const uint64_t fewest = needs.requested_slots ? needs.requested_slots : min_slots;
-    const uint64_t smallest = needs.fixed + fewest * needs.per_slot + needs.largest_block;
+    const uint64_t others = fewest * needs.per_slot + needs.largest_block, film = film_bytes(needs, others), fixed = needs.fixed + film;
+    const uint64_t smallest = fixed + others;
     if (needs.geometry_limit && needs.geometry_limit < needs.largest_block)
         return Status::failed(
             fmt::format("--geometry-limit {}: the largest block of the scene, or page of an image, has {}; give at least that, or bake with a "
@@ -68,11 +78,12 @@ Result<MemoryPlan> plan_memory(const MemoryNeeds& needs) {
         return Status::failed(fmt::format(
             "the memory limit of {} is too small for this job; the smallest that would do is {}: {} for film and tables, {} for {}, {} for "
             "the largest block or page",
-            format_bytes(needs.limit), format_exact_bytes(smallest), format_bytes(needs.fixed), format_bytes(fewest * needs.per_slot),
+            format_bytes(needs.limit), format_exact_bytes(smallest), format_bytes(fixed), format_bytes(fewest * needs.per_slot),
             counted(fewest, "path slot"), format_bytes(needs.largest_block)));
-    const uint64_t left = needs.limit - needs.fixed;
+    const uint64_t left = needs.limit - fixed;
     const uint64_t pool = pool_limit(needs);
     MemoryPlan plan;
+    plan.film_bytes = film;
     plan.slots = needs.requested_slots ? needs.requested_slots : wanted_slots(needs, pool, left - needs.largest_block);
     plan.pool_bytes = std::min(pool, left - plan.slots * needs.per_slot);
     return plan;

@@ -9,10 +9,12 @@
 namespace raypager {
 
 struct MemoryNeeds {
-    uint64_t limit = 0;     // all device memory
-    uint64_t fixed = 0;     // scene tables, film, page table
-    uint64_t per_slot = 0;  // bytes of a path slot
-    uint64_t geometry = 0;  // all blocks, pages of images among them
+    uint64_t limit = 0;      // all device memory
+    uint64_t fixed = 0;      // scene tables, page table
+    uint64_t film = 0;       // of the whole picture
+    uint64_t film_part = 0;  // the film can be there part by part, each a multiple of this; 0: it cannot
+    uint64_t per_slot = 0;   // bytes of a path slot
+    uint64_t geometry = 0;   // all blocks, pages of images among them
     uint64_t largest_block = 0;
     uint64_t geometry_limit = 0;        // the user's; 0: none
     double geometry_limit_percent = 0;  // the user's; 0: none
@@ -26,11 +28,13 @@ struct MemoryNeeds {
     uint64_t total_paths = 0;           // of the whole render
     uint64_t max_region_slots = 0;      // with at most so many the render goes region by region (RenderTuning::region); 0: it does not
     uint64_t max_slots = UINT64_MAX;    // that the device can hold in one buffer
+    uint64_t max_film = UINT64_MAX;     // bytes that the device can hold in one buffer
 };
 
 struct MemoryPlan {
     uint64_t pool_bytes = 0;
     uint64_t slots = 0;
+    uint64_t film_bytes = 0;
 };
 
 // Whether nothing ever has to leave.
@@ -40,6 +44,9 @@ inline bool holds_all(const MemoryPlan& plan, const MemoryNeeds& needs) { return
 inline constexpr uint64_t min_slots = 1024;
 
 // Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
+//
+// The film is there as a whole, unless it would take more than half of what is left beside the fixed part, or the device has no such buffers: then
+// by parts, as few as possible of which none takes more than a quarter.
 //
 // The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident, and
 // the preferred number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays

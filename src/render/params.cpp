@@ -108,6 +108,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         params.background_kind = options.background->transparent ? RP_BACKGROUND_TRANSPARENT : RP_BACKGROUND_COLOR;
         if (!options.background->transparent) set3(params.background, options.background->color);
     }
+    params.film_rows = params.height;
     params.film_layers = options.layers.bits();
     params.adaptive_error = static_cast<float>(options.adaptive_error);
     params.max_luminance = scene.film.max_luminance;
@@ -160,23 +161,40 @@ RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& para
     return identity;
 }
 
-Status check_picture_size(const rp_render_params& params, const DeviceInfo& device) {
-    const uint64_t pixels = uint64_t{params.width} * params.height;
+namespace {
+
+uint64_t picture_bytes(const rp_render_params& params) {
     const FilmLayout layout(params);
-    const uint64_t bytes_per_pixel = layout.words() * sizeof(uint32_t), film = pixels * bytes_per_pixel, most = device.max_allocation_bytes;
-    if (film > most)
-        return Status::failed(
-            fmt::format("--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width,
-                        params.height, format_exact_bytes(film), device.name, format_bytes(most), format_count(most / bytes_per_pixel)));
     uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
     for (uint32_t i = 0; i < film_layer_count; i++)
         if (layout.layers().has(static_cast<FilmLayer>(i))) channels += film_layer_channels(static_cast<FilmLayer>(i)).size();
     const uint64_t of_stages = layout.adaptive() ? AdaptiveSampling::bytes_per_pixel : 0;
-    const uint64_t picture = pixels * (channels * sizeof(float) + of_stages), free = available_memory();
-    if (picture > free)
-        return Status::failed(fmt::format("--size {}x{}: the picture needs {} of main memory, of which {} are free; render a smaller one",
-                                          params.width, params.height, format_bytes(picture), format_bytes(free)));
-    return {};
+    return uint64_t{params.width} * params.height * (channels * sizeof(float) + of_stages);
+}
+
+Status check_host_memory(const rp_render_params& params, const char* what, uint64_t bytes) {
+    const uint64_t free = available_memory();
+    if (bytes <= free) return {};
+    return Status::failed(fmt::format("--size {}x{}: {} {} of main memory, of which {} are free; render a smaller one", params.width, params.height,
+                                      what, format_bytes(bytes), format_bytes(free)));
+}
+
+}  // namespace
+
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_by_parts) {
+    const uint64_t pixels = uint64_t{params.width} * params.height, bytes_per_pixel = FilmLayout(params).words() * sizeof(uint32_t);
+    const uint64_t film = pixels * bytes_per_pixel, most = device.max_allocation_bytes;
+    if (film > most && !film_by_parts)
+        return Status::failed(
+            fmt::format("--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width,
+                        params.height, format_exact_bytes(film), device.name, format_bytes(most), format_count(most / bytes_per_pixel)));
+    return check_host_memory(params, "the picture needs", picture_bytes(params));
+}
+
+Status check_host_film(const rp_render_params& params) {
+    const uint64_t film = uint64_t{params.width} * params.height * FilmLayout(params).words() * sizeof(uint32_t);
+    return check_host_memory(params, "the picture and its film, which does not fit into device memory as a whole, need",
+                             film + picture_bytes(params));
 }
 
 }  // namespace raypager

@@ -13,8 +13,10 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
 // What cannot be recorded.
 Status check_instruments(const RenderOptions& options, const RenderInstruments& instruments);
 RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params);
-// The film lies in one buffer on the device; the finished picture lies in host memory.
-Status check_picture_size(const rp_render_params& params, const DeviceInfo& device);
+// The film lies in one buffer on the device, unless it may be there by parts; the finished picture lies in host memory.
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_by_parts);
+// A film that is on the device by parts lies in host memory, with the finished picture.
+Status check_host_film(const rp_render_params& params);
 
 // Whether pictures are looked at before the end. Renders with a checkpoint are there to be stopped and looked at.
 bool is_seen_growing(const RenderOptions& options);

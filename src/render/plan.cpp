@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "base/memory.hpp"
 #include "base/words.hpp"
@@ -18,6 +19,9 @@ namespace {
 uint64_t preferred_slots(BlockForm form, const DeviceProfile& profile) {
     return profile.caches_slots && form != BlockForm::wide ? 0 : profile.preferred_slots;
 }
+
+// The tiles of a render that goes on from a checkpoint are those that it began with.
+bool chooses_tile(const RenderOptions& options) { return options.tuning.tile_size == 0 && !is_seen_growing(options); }
 
 bool chooses_region(const RenderOptions& options) { return !options.tuning.region && !is_seen_growing(options); }
 
@@ -42,13 +46,23 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     return visits;
 }
 
+// Rows that windows of the film are whole numbers of: those of tiles, whose size may be chosen later.
+uint32_t window_rows(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device) {
+    const uint32_t tile = params.order.tile_size;
+    return chooses_tile(options) ? std::lcm(tile, device.profile.region_tile) : tile;
+}
+
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
-MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
-                         const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit, uint32_t all_devices) {
-    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height, FilmLayout(params));
+MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const RenderInstruments& instruments,
+                         const rp_render_params& params, const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit,
+                         const Sharers& sharers) {
+    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, FilmLayout(params));
     MemoryNeeds needs;
     needs.limit = device_limit;
-    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.pageable_count(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
+    needs.fixed = bytes.scene + std::max<uint64_t>(scene.pageable_count(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
+    needs.film = bytes.film_row * params.height;
+    if (may_take_windows(options, instruments, params, sharers)) needs.film_part = bytes.film_row * window_rows(options, params, device);
+    needs.max_film = device.max_allocation_bytes;
     needs.per_slot = bytes.per_slot;
     if (options.tuning.pool_place == PoolPlace::device) {
         needs.largest_block = scene.largest_pageable(form);
@@ -71,7 +85,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.total_paths = options.time_seconds > 0 ? std::min(params.stage_begin, few_spp * params.width * params.height) : params.stage_begin;
     if (params.adaptive_error > 0 && options.time_seconds == 0)
         needs.total_paths *= std::max<uint64_t>(1, params.spp / AdaptiveSampling::first_samples);
-    needs.total_paths = std::max<uint64_t>(1, needs.total_paths / all_devices);
+    needs.total_paths = std::max<uint64_t>(1, needs.total_paths / sharers.all_devices);
     needs.max_region_slots = chooses_region(options) ? max_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
     needs.max_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;
@@ -91,6 +105,11 @@ PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const Re
 }
 
 }  // namespace
+
+bool may_take_windows(const RenderOptions& options, const RenderInstruments& instruments, const rp_render_params& params, const Sharers& sharers) {
+    return sharers.all_devices == 1 && params.adaptive_error == 0 && options.time_seconds == 0 && !options.coarse_first &&
+           instruments.record_paths == 0;
+}
 
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes) {
     if (options.host_limit) return options.host_limit;
@@ -156,21 +175,22 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.visits = visit_log_settings(scene, options, instruments, params, device);
     // Visits can be recorded only of rays that are traced one by one.
     plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device, scene.instance_levels());
-    const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit, sharers.all_devices);
+    const MemoryNeeds needs = memory_needs(scene, plan.form, options, instruments, params, plan.visits, device, memory_limit, sharers);
     const auto memory = plan_memory(needs);
     const auto host_limit_beside = [&](uint64_t device_bytes) {
         return sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * device_bytes, sharers.processes);
     };
     if (!memory) {  // and who gives what it asks for is not to learn then that something else is missing
-        const Status host = check_host_pool(scene, plan.form, options, host_limit_beside(needs.fixed + min_slots * needs.per_slot), device);
+        const Status host =
+            check_host_pool(scene, plan.form, options, host_limit_beside(needs.fixed + needs.film + min_slots * needs.per_slot), device);
         return host ? memory.status() : Status::failed(memory.status().message() + "; and " + host.message());
     }
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
-    if (plan.params.order.region > 0 && options.tuning.tile_size == 0 && !holds_all(*memory, needs))
-        plan.params.order.tile_size = device.profile.region_tile;
-    plan.device_bytes = needs.fixed + memory->slots * needs.per_slot + memory->pool_bytes;
+    if (plan.params.order.region > 0 && chooses_tile(options) && !holds_all(*memory, needs)) plan.params.order.tile_size = device.profile.region_tile;
+    plan.params.film_rows = static_cast<uint32_t>(memory->film_bytes / (needs.film / params.height));
+    plan.device_bytes = needs.fixed + memory->film_bytes + memory->slots * needs.per_slot + memory->pool_bytes;
     plan.host_limit = host_limit_beside(plan.device_bytes);
     RAYPAGER_TRY(check_host_pool(scene, plan.form, options, plan.host_limit, device));
     plan.residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);

@@ -139,6 +139,7 @@ Json settings_object(const RenderOptions& options, const Blocks& scene, const Re
             {"tile", report.tile_size},
             {"together", report.together},
             {"region", report.region},
+            {"film_rows", report.film_rows},
             {"tune", tuning_object(options.tuning.profile)},
             {"camera", axes_json(options.camera.value_or(scene.camera()))},
             {"checkpoint", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.file.string())},

@@ -20,6 +20,27 @@ std::vector<SampleRange> merge_ranges(std::vector<SampleRange> ranges) {
     return merged;
 }
 
+std::vector<SampleRange> ranges_of_both(const std::vector<SampleRange>& a, const std::vector<SampleRange>& b) {
+    std::vector<SampleRange> both;
+    for (size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+        const SampleRange range = {std::max(a[i].begin, b[j].begin), std::min(a[i].end, b[j].end)};
+        if (range.begin < range.end) both.push_back(range);
+        a[i].end < b[j].end ? i++ : j++;
+    }
+    return both;
+}
+
+std::vector<SampleRange> ranges_without(const std::vector<SampleRange>& a, const std::vector<SampleRange>& b) {
+    std::vector<SampleRange> gaps;  // of b
+    uint64_t end = 0;
+    for (const SampleRange& range : b) {
+        gaps.push_back({end, range.begin});
+        end = range.end;
+    }
+    gaps.push_back({end, UINT64_MAX});
+    return ranges_of_both(a, gaps);
+}
+
 void SampleNumbers::append(const SampleRange& range) {
     RAYPAGER_CHECK(range.begin <= range.end);
     if (range.size() == 0) return;

@@ -19,6 +19,10 @@ struct SampleRange {
 // Sorted, without gaps between neighbours that touch, and without empty ones. REQUIRES: they do not overlap.
 std::vector<SampleRange> merge_ranges(std::vector<SampleRange> ranges);
 
+// Those numbers of both, and those of the first alone. REQUIRES: both are as merge_ranges has them.
+std::vector<SampleRange> ranges_of_both(const std::vector<SampleRange>& a, const std::vector<SampleRange>& b);
+std::vector<SampleRange> ranges_without(const std::vector<SampleRange>& a, const std::vector<SampleRange>& b);
+
 class SampleNumbers {
 public:
     // So many are begun, with those that come later.

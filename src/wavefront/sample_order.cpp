@@ -93,6 +93,32 @@ uint64_t sample_number(const rp_sample_order& order, uint32_t width, uint32_t he
     return stretch.first * pixels + first * stretch.passes + group * size + (place - first) * together + (in_stretch - group);
 }
 
+std::vector<SampleRange> numbers_of_places(const rp_sample_order& order, uint64_t first, uint64_t end, uint64_t pixels, uint64_t limit) {
+    std::vector<SampleRange> ranges;
+    const auto add = [&](uint64_t begin, uint64_t count) {
+        if (begin < limit) ranges.push_back({begin, std::min(begin + count, limit)});
+    };
+    const auto add_region = [&](const Stretch& stretch, uint64_t region, uint64_t size) {
+        const uint64_t from = std::max(first, region), to = std::min(end, region + size), begin = stretch.first * pixels + region * stretch.passes;
+        if (to - from == size) return add(begin, size * stretch.passes);
+        for (uint64_t group = 0; group < stretch.passes; group += stretch.together) {
+            const uint64_t together = std::min(stretch.together, stretch.passes - group);
+            add(begin + group * size + (from - region) * together, (to - from) * together);
+        }
+    };
+    const uint64_t region = order.region ? order.region : pixels;
+    for (uint64_t pass = 0; pass * pixels < limit;) {
+        if (!is_grouped(order, pass)) {
+            add(pass++ * pixels + first, end - first);
+            continue;
+        }
+        const Stretch stretch = stretch_of(order, pass);
+        for (uint64_t at = first / region * region; at < end; at += region) add_region(stretch, at, std::min(region, pixels - at));
+        pass = stretch.first + stretch.passes;
+    }
+    return merge_ranges(std::move(ranges));
+}
+
 uint64_t fewest_passes(const rp_sample_order& order, uint64_t next_sample, uint64_t pixels) {
     if (next_sample == 0) return 0;
     const uint64_t last = (next_sample - 1) / pixels;

@@ -6,6 +6,7 @@
 
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
+#include "wavefront/sample_numbers.hpp"
 
 namespace raypager {
 
@@ -41,6 +42,8 @@ bool valid_order(const rp_sample_order& order, uint64_t pixels);
 
 // Where a sample comes in that order.
 uint64_t sample_number(const rp_sample_order& order, uint32_t width, uint32_t height, uint32_t pixel, uint32_t sample);
+// The numbers below `limit` of the samples of pixels first <= place_in_tiles < end, sorted.
+std::vector<SampleRange> numbers_of_places(const rp_sample_order& order, uint64_t first, uint64_t end, uint64_t pixels, uint64_t limit);
 // The fewest samples per pixel that a render can have whose first `next_sample` samples have begun: as many as some pixel has, or all that its order
 // divides into stretches.
 uint64_t fewest_passes(const rp_sample_order& order, uint64_t next_sample, uint64_t pixels);

@@ -98,16 +98,15 @@ std::string shading_definitions(const BakedScene& scene) {
 
 }  // namespace
 
-WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height, const FilmLayout& film) {
+WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, const FilmLayout& film) {
     const SlotFields fields = SlotFields::of(scene, film);
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_bytes(scene) +
                   at_least_16(range_bytes(scene)) + GeometryBuffers::bytes(scene, form) + RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) +
                   RoundReports::bytes(scene.pageable_count()) + backend_fixed_bytes(form) + PathSlots::fixed_bytes(fields) +
-                  extra_queue_words(form) * sizeof(uint32_t);
-    const uint64_t pixels = uint64_t{width} * height;
-    bytes.film = pixels * film.words() * sizeof(uint32_t) + (film.adaptive() ? pixels * sizeof(uint32_t) : 16);
+                  (film.adaptive() ? 0 : 16) + extra_queue_words(form) * sizeof(uint32_t);
+    bytes.film_row = width * (film.words() * sizeof(uint32_t) + (film.adaptive() ? sizeof(uint32_t) : 0));
     bytes.per_slot = PathSlots::bytes_per_slot(fields) + list_bytes_per_slot + backend_bytes_per_slot(form);
     bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(fields);
     return bytes;
@@ -127,7 +126,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, uint32_t filled_together,
                                                      const BlockNotes& notes, const VisitLogSettings& visits) {
     RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
-    RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
+    RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.film_rows > 0 && params.film_rows <= params.height);
     const FilmLayout film(params);
     auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table, true, film.definitions());
     if (!geometry) return geometry.status();
@@ -158,7 +157,7 @@ Status Wavefront::build_count_waits() {
         {"shading/count_waits", "rp_count_waits", geometry_.definitions() + (geometry_.form() == BlockForm::stored ? short_states : "")});
     if (!kernel) return kernel.status();
     count_waits_ = std::move(*kernel);
-    return count_waits_->set(params_.slot_count, buffers_.slots.status(), buffers_.slots.planes(), buffers_.film);
+    return count_waits_->set(params_.slot_count, buffers_.params, buffers_.slots.status(), buffers_.slots.planes(), buffers_.film);
 }
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
@@ -233,7 +232,7 @@ Status Wavefront::allocate_state(const SlotFields& fields) {
         const char* what;
     };
     const Part parts[] = {
-        {b.film, uint64_t{params_.width} * params_.height * film_layout().words() * sizeof(uint32_t), "the film"},
+        {b.film, uint64_t{params_.width} * params_.film_rows * film_layout().words() * sizeof(uint32_t), "the film"},
         {b.queue, (slots + extra_queue_words(geometry_.form())) * sizeof(uint32_t), "the ray queue"},
         {b.free_list, slots * sizeof(uint32_t), "the free list"},
         {b.again, again_bytes(slots), "samples to trace again"},
@@ -315,6 +314,12 @@ Status Wavefront::wake_idle_slots() {
     RAYPAGER_TRY(buffers_.slots.free_idle(device_.kernels()));
     may_have_idle_slots_ = false;
     return backend_->wake_all_slots();
+}
+
+Status Wavefront::move_film(uint32_t first_row) {
+    RAYPAGER_CHECK(started_ == finished_ && first_row < params_.height);
+    params_.film_first_row = first_row;
+    return device_.kernels().write_now(buffers_.params, 0, bytes_of_one(params_));
 }
 
 Status Wavefront::begin_stage(uint64_t begin, uint32_t first, uint32_t passes, std::span<const uint32_t> pixels) {

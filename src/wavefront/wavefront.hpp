@@ -29,12 +29,12 @@ namespace raypager {
 
 // What has to lie on the device beside the geometry pool and the page table, in bytes.
 struct WavefrontBytes {
-    uint64_t scene = 0;  // top tree, materials, lights, ...
-    uint64_t film = 0;
+    uint64_t scene = 0;                  // top tree, materials, lights, ...
+    uint64_t film_row = 0;               // of the film, of one row of pixels
     uint64_t per_slot = 0;               // of one path slot, queues included
     uint64_t largest_part_per_slot = 0;  // of the largest buffer that holds a part of each slot
 };
-WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height, const FilmLayout& film = FilmLayout());
+WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, const FilmLayout& film = FilmLayout());
 
 // What kernels tell of blocks in addition to the rays that wait for them (abi/path.h, RP_DEMAND_BOUNCES and RP_DEMAND_USED).
 struct BlockNotes {
@@ -87,11 +87,14 @@ public:
 
     // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
     // number of the next sample. A render that starts with these three ends in the same film as the one that they were taken from.
-    // The raw film (abi/film.h), in parts, so that it need not lie in host memory as a whole.
+    // The raw film (abi/film.h), in parts, so that it need not lie in host memory as a whole. It has params().film_rows rows of the picture, from
+    // film_first_row on.
     uint64_t film_words() const { return buffers_.film.bytes() / sizeof(uint32_t); }
     Status read_film(uint64_t first_word, std::span<uint32_t> words);
     Status write_film(uint64_t first_word, std::span<const uint32_t> words);
     Status clear_film() { return device_.kernels().fill_zero(buffers_.film, 0, buffers_.film.bytes()); }
+    // From the next round on it is that of rows from this one on. REQUIRES: no round is under way, and samples that are begun then are of these rows.
+    Status move_film(uint32_t first_row);
     Status read_samples_under_way(std::vector<rp_path_sample>& samples);
     // Samples that come before the next ones by number. REQUIRES: no round is under way, and none that were given before are left.
     void begin_with(std::vector<rp_path_sample> samples) {

@@ -82,6 +82,25 @@ TEST_F(CheckpointResume, goes_on_in_groups_with_other_samples_a_pixel) {
     EXPECT_GT(went_on, 4u);
 }
 
+// Tiles stay those that it began with, whatever a render within such limits would choose.
+TEST_F(CheckpointResume, in_regions_keeps_its_tiles) {
+    for (const bool limited_first : {false, true}) {
+        std::filesystem::remove(base_.checkpoint.file);
+        support::TestOptions options = base_;
+        options.tuning.region = 20;
+        options.tuning.profile = {{find_profile_field("region-tile"), 7}};
+        options.geometry_limit = limited_first ? file_->scene().largest_block(support::default_form()) : 0;
+        const auto stopped = render_rounds(*file_, options, 8);
+        ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+        EXPECT_FALSE(stopped->report.complete);
+        options.geometry_limit = limited_first ? 0 : file_->scene().largest_block(support::default_form());
+        options.checkpoint.resume = true;
+        const auto resumed = render(*file_, options, {});
+        ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+        EXPECT_EQ(resumed->report.film_hash, hash_) << (limited_first ? "first within a limit" : "then within a limit");
+    }
+}
+
 TEST_F(CheckpointResume, ends_in_the_same_film_after_stops_at_random_rounds) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE("seed " + std::to_string(seed));

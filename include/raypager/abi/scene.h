@@ -173,6 +173,8 @@ typedef struct rp_render_params {
     // stage_first + stage_passes - 1 of each of the pixels in a list.
     rp_u64 stage_begin;
     rp_u32 stage_first, stage_passes;
+    // The rows of the picture whose film is on the device: all, or, where that does not fit, those of the samples that are begun now.
+    rp_u32 film_first_row, film_rows;
 } rp_render_params;
 
 #endif
