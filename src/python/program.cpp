@@ -11,6 +11,7 @@
 #include "python/bindings.hpp"
 #include "python/errors.hpp"
 #include "raypager/import.hpp"
+#include "raypager/kernel_builder.hpp"
 
 namespace raypager::python {
 namespace {
@@ -32,13 +33,17 @@ SceneReader reader_of(nb::object read) {
 }  // namespace
 
 void add_program(nanobind::module_& module) {
-    // Files with these endings are read by `read`.
-    module.def("run_program", [](const std::vector<std::string>& arguments, const std::vector<std::string>& endings, const nb::object& read) {
-        for (const std::string& ending : endings) use_scene_reader(ending, reader_of(read));
-        const int status = without_gil([&] { return run_program(arguments); });
-        for (const std::string& ending : endings) use_scene_reader(ending, nullptr);
-        return status;
-    });
+    module.def("set_kernel_builder", &set_kernel_builder);
+    // Files with these endings, if any, are read by `read`.
+    module.def(
+        "run_program",
+        [](const std::vector<std::string>& arguments, const std::vector<std::string>& endings, const nb::object& read) {
+            for (const std::string& ending : endings) use_scene_reader(ending, reader_of(read));
+            const int status = without_gil([&] { return run_program(arguments); });
+            for (const std::string& ending : endings) use_scene_reader(ending, nullptr);
+            return status;
+        },
+        nb::arg("arguments"), nb::arg("endings"), nb::arg("read").none());
 }
 
 }  // namespace raypager::python

@@ -15,6 +15,7 @@ A picture is made in three steps: a :class:`Scene`, loaded or built from numpy a
 from ._blocks import Blocks, bake, open
 from ._denoise import denoise
 from ._errors import Error, RaypagerWarning
+from ._kernel_builder import name_kernel_builder as _name_kernel_builder
 from ._materials import (
     Image,
     Material,
@@ -79,3 +80,5 @@ __all__ = [
     "with_bumps",
     "with_normals",
 ]
+
+_name_kernel_builder()
