@@ -23,10 +23,10 @@
 #define RP_INSTANCE_LEVELS 1
 #endif
 // The instances in which something is, from the outermost one on; and their numbers + 1, where 0: there is none, and none behind it.
-typedef struct rp_inside {
+typedef struct rp_instance_chain {
     const __global rp_instance* instance[RP_INSTANCE_LEVELS];
     uint number[RP_INSTANCE_LEVELS];
-} rp_inside;
+} rp_instance_chain;
 #endif
 
 // What stays the same along a ray.
@@ -34,10 +34,10 @@ typedef struct rp_ray {
     float3 origin, direction, reciprocal;
     uint near_x, near_y, near_z;  // selectors: is the lower or the upper plane of an axis the near one
 #ifdef RP_INSTANCES
-    const __global rp_instance* inside;  // in whose space it is; 0: in the world
-    float start;                         // how far along the ray in the world this one begins
+    const __global rp_instance* instance;  // in whose space it is; 0: in the world
+    float start;                           // how far along the ray in the world this one begins
 #if RP_INSTANCE_LEVELS > 1
-    rp_inside chain;  // ends with `inside`
+    rp_instance_chain chain;  // ends with `instance`
 #else
     uint number;  // its number + 1, or 0
 #endif
@@ -58,7 +58,7 @@ static inline rp_ray rp_make_ray(float3 origin, float3 direction) {
     ray.near_y = ray.reciprocal.y < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
     ray.near_z = ray.reciprocal.z < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
 #ifdef RP_INSTANCES
-    ray.inside = 0;
+    ray.instance = 0;
     ray.start = 0.0f;
 #if RP_INSTANCE_LEVELS > 1
     for (uint i = 0u; i < RP_INSTANCE_LEVELS; i++) ray.chain.instance[i] = 0, ray.chain.number[i] = 0u;

@@ -13,7 +13,7 @@ typedef struct rp_standing {
     uint block_entry;
 #if defined(RP_INSTANCES) && RP_INSTANCE_LEVELS > 1
     uint depth;                             // instances in which it is
-    rp_inside chain;                        // copies
+    rp_instance_chain chain;                // copies
     uint entry_around[RP_INSTANCE_LEVELS];  // where each of them lies: block entry in the space around it
 #else
     uint number;                           // of the instance, as rp_ray has it
@@ -62,7 +62,7 @@ static inline float3 rp_base_of(const __global rp_object* objects, const __globa
 }
 // The ray in the world that goes into the first `depth` instances of a chain, at least one, through each in turn: so each transform has small
 // numbers. With the product of all of them, what is small and far from the world's origin would be lost in rounding.
-static inline rp_placed_ray rp_place_ray_in_chain(const __global rp_object* objects, const rp_inside* chain, uint depth, float3 origin,
+static inline rp_placed_ray rp_place_ray_in_chain(const __global rp_object* objects, const rp_instance_chain* chain, uint depth, float3 origin,
                                                   float3 direction) {
     rp_placed_ray placed = rp_place_ray(chain->instance[0], rp_base_of(objects, chain->instance[0]), origin, direction);
     for (uint i = 1u; i < depth; i++) {
@@ -75,7 +75,7 @@ static inline rp_placed_ray rp_place_ray_in_chain(const __global rp_object* obje
     return placed;
 }
 // How deep it is.
-static inline uint rp_instance_depth(const rp_inside* chain) {
+static inline uint rp_instance_depth(const rp_instance_chain* chain) {
     uint depth = 0u;
     while (depth < RP_INSTANCE_LEVELS && chain->number[depth] != 0u) depth++;
     return depth;
@@ -85,7 +85,7 @@ static inline uint rp_instance_depth(const rp_inside* chain) {
 static inline rp_ray rp_ray_inside(const __global rp_instance* instance, uint number, float3 base, float3 origin, float3 direction) {
     const rp_placed_ray placed = rp_place_ray(instance, base, origin, direction);
     rp_ray ray = rp_make_ray(placed.origin, placed.direction);
-    ray.inside = instance;
+    ray.instance = instance;
     ray.number = number;
     ray.start = placed.start;
     return ray;

@@ -19,7 +19,7 @@ typedef struct rp_hit {
     const __global rp_instance* instance;  // of a hit that this launch found; 0: in the world
     // Numbers decide between equal distances before the id does.
 #if RP_INSTANCE_LEVELS > 1
-    rp_inside chain;  // of a hit that this launch found, ends with `instance`
+    rp_instance_chain chain;  // of a hit that this launch found, ends with `instance`
 #else
     uint number;  // of the instance in which it is + 1, or 0
 #endif
@@ -48,7 +48,7 @@ static inline void rp_take_hit(rp_hit* best, const rp_ray* ray, float t, uint re
     best->what = ref;
     best->found_in = block;
 #ifdef RP_INSTANCES
-    best->instance = ray->inside;
+    best->instance = ray->instance;
 #if RP_INSTANCE_LEVELS > 1
     best->chain = ray->chain;
 #else

@@ -21,9 +21,9 @@ static inline __global uint4* rp_standing_units(const rp_paths* paths, uint slot
 }
 #if RP_INSTANCE_LEVELS > 1
 // waited: whether the ray has. Else there is no hit yet.
-static inline rp_inside rp_inside_of_hit(const rp_paths* paths, uint slot, bool waited) {
+static inline rp_instance_chain rp_instances_of_hit(const rp_paths* paths, uint slot, bool waited) {
     const __global uint4* const units = rp_standing_units(paths, slot);
-    rp_inside in;
+    rp_instance_chain in;
     for (uint i = 0u; i < RP_INSTANCE_LEVELS; i++) {
         in.instance[i] = 0;
         in.number[i] = waited ? units[RP_STANDING_UNITS * i + RP_STANDING_AT].z : 0u;
@@ -82,7 +82,7 @@ static inline rp_standing rp_standing_of(const rp_paths* paths, uint slot, bool 
 static inline void rp_set_standing(const rp_paths* paths, uint slot, const rp_ray* ray, uint block_entry, uint hit_number) {
     __global uint4* const units = rp_standing_units(paths, slot);
     units[RP_STANDING_AT] = (uint4)(block_entry, ray->number, hit_number, 0u);
-    const __global uint4* const instance = (const __global uint4*)ray->inside;
+    const __global uint4* const instance = (const __global uint4*)ray->instance;
     if (block_entry == RP_NONE || instance == units) return;
     for (uint i = 0u; i < RP_STANDING_AT; i++) units[i] = instance[i];
 }

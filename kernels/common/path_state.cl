@@ -26,16 +26,16 @@ typedef struct rp_paths {
 #define RP_PLANE(paths, plane, slot) (paths)->planes[RP_PLANE_INDEX(plane, (size_t)(paths)->slot_count, slot)]
 
 // Asks for a slot's planes, which are about to be read.
-static inline void rp_fetch_path(const rp_paths* paths, uint slot) {
-    rp_fetch_early(paths->status + slot);
-    for (uint plane = 0u; plane < RP_PATH_PLANES; plane += 2u) rp_fetch_early(&RP_PLANE(paths, plane, slot));
+static inline void rp_prefetch_path(const rp_paths* paths, uint slot) {
+    rp_prefetch(paths->status + slot);
+    for (uint plane = 0u; plane < RP_PATH_PLANES; plane += 2u) rp_prefetch(&RP_PLANE(paths, plane, slot));
 }
 // The same of what an extension ray is read from and written to, and of what a shadow ray is read from.
-static inline void rp_fetch_extension(const rp_paths* paths, uint slot) {
-    rp_fetch_early(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot));
-    rp_fetch_early(&RP_PLANE(paths, RP_PLANE_HIT, slot));
+static inline void rp_prefetch_extension(const rp_paths* paths, uint slot) {
+    rp_prefetch(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot));
+    rp_prefetch(&RP_PLANE(paths, RP_PLANE_HIT, slot));
 }
-static inline void rp_fetch_shadow(const rp_paths* paths, uint slot) { rp_fetch_early(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot)); }
+static inline void rp_prefetch_shadow(const rp_paths* paths, uint slot) { rp_prefetch(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot)); }
 
 // ---- What a status word says
 
@@ -183,7 +183,7 @@ typedef struct rp_extension_ray {
     float t;
     uint primitive, block_entry;
 #if defined(RP_INSTANCES) && RP_INSTANCE_LEVELS > 1
-    rp_inside in;  // of the instances of that hit, the numbers
+    rp_instance_chain in;  // of the instances of that hit, the numbers
 #elif defined(RP_INSTANCES)
     uint number;  // of the instance of that hit, as rp_hit has it
 #endif
@@ -197,7 +197,7 @@ static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot)
     ray.t = INFINITY;
     ray.primitive = ray.block_entry = RP_NONE;
 #if defined(RP_INSTANCES) && RP_INSTANCE_LEVELS > 1
-    ray.in = rp_inside_of_hit(paths, slot, rp_phase_of(status) == RP_PHASE_EXTEND_WAITS);
+    ray.in = rp_instances_of_hit(paths, slot, rp_phase_of(status) == RP_PHASE_EXTEND_WAITS);
 #elif defined(RP_INSTANCES)
     ray.number = rp_phase_of(status) == RP_PHASE_EXTEND_WAITS ? rp_number_of_hit(paths, slot) : 0u;
 #endif

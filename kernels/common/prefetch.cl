@@ -4,9 +4,9 @@
 
 // Asks for the cache line at an address that will be read soon.
 #if defined(__AVX2__) && !defined(RP_PORTABLE)
-#define rp_fetch_early(address) __builtin_prefetch((const void*)(ulong)(address))
+#define rp_prefetch(address) __builtin_prefetch((const void*)(ulong)(address))
 #else
-#define rp_fetch_early(address) (void)(address)
+#define rp_prefetch(address) (void)(address)
 #endif
 
 #endif

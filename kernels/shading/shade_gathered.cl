@@ -117,7 +117,7 @@ static RP_NOINLINE void rp_shade_runs(RP_SHADE_GEOMETRY uint item, uint step, ui
     for (uint run = 64u * item; run < count; run += 64u * step) {
         for (uint i = run; i < min(run + 64u, count); i++) {
             const uint later = rp_shade_entry(&queue, min(i + RP_FETCHED_AHEAD, count - 1u));
-            rp_fetch_path(paths, later);
+            rp_prefetch_path(paths, later);
             const uint slot = rp_shade_entry(&queue, i), status = rp_status_of(paths, slot);
             if (!rp_is_to_shade(status)) continue;
             if (!rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, paths, slot, status, i >= queue.arrived, film, &reached))

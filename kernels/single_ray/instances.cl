@@ -30,7 +30,7 @@ static inline bool RP_GO_OUTSIDE(const rp_geometry* g, RP_WALK* w) {
 
 // At the end of an instance.
 static inline void RP_LEAVE_INSTANCE(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack) {
-    const __global rp_instance* const instance = w->ray.inside;
+    const __global rp_instance* const instance = w->ray.instance;
     const bool enters = w->current == RP_REF_REENTER;
     if (!RP_GO_OUTSIDE(g, w)) {
         // Only where it is to be entered: else this launch has come from there.
@@ -49,7 +49,7 @@ static inline void RP_LEAVE_INSTANCE(const rp_geometry* g, RP_WALK* w, RP_STACK_
 static inline void RP_RESUME_INSIDE(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start, const rp_standing* standing) {
     w->world_entry = start;
     if (standing->block_entry == RP_STANDS_BEHIND) {
-        w->ray.inside = standing->instance;
+        w->ray.instance = standing->instance;
         w->ray.number = standing->number;
         w->current = RP_REF_REENTER;
         return;
@@ -61,6 +61,6 @@ static inline void RP_RESUME_INSIDE(const rp_geometry* g, RP_WALK* w, RP_STACK_E
 
 // Of a ray that has stopped at a block entry.
 static inline uint RP_STANDS_AT(const RP_WALK* w, uint block_entry) {
-    return !w->ray.inside ? RP_NONE : block_entry == w->world_entry ? RP_STANDS_BEHIND : block_entry;
+    return !w->ray.instance ? RP_NONE : block_entry == w->world_entry ? RP_STANDS_BEHIND : block_entry;
 }
 static inline uint RP_ENTRY_IN_WORLD(const RP_WALK* w) { return w->world_entry; }

@@ -31,7 +31,7 @@
 #ifdef RP_INSTANCES
 // Inside an instance distances count from where the ray begins there. Twice as much wider: `start` is rounded, too. Never less than 0, which is more
 // than what marks on the stack have.
-#define RP_FAR(end) (w->ray.inside ? rp_max((end) * (RP_BOX_WIDEN * RP_BOX_WIDEN) - w->ray.start, 0.0f) : (end)*RP_BOX_WIDEN)
+#define RP_FAR(end) (w->ray.instance ? rp_max((end) * (RP_BOX_WIDEN * RP_BOX_WIDEN) - w->ray.start, 0.0f) : (end)*RP_BOX_WIDEN)
 #else
 #define RP_FAR(end) ((end)*RP_BOX_WIDEN)
 #endif
@@ -141,7 +141,7 @@ typedef struct RP_WALK {
 #ifdef RP_INSTANCES
     float3 origin, direction;  // of the ray in the world
 #if RP_INSTANCE_LEVELS > 1
-    uint inside_count;                      // instances in which it is
+    uint chain_count;                       // how many instances it is inside of
     uint entry;                             // the block entry at which it is, in the innermost space
     uint entry_around[RP_INSTANCE_LEVELS];  // likewise where each of its instances lies
     bool behind;                            // it has stopped where an instance ends, at the block where that lies
@@ -171,8 +171,8 @@ static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
     float3 origin = (float3)(g->top_grid.origin[0], g->top_grid.origin[1], g->top_grid.origin[2]);
     float3 cell = (float3)(g->top_grid.cell[0], g->top_grid.cell[1], g->top_grid.cell[2]);
 #ifdef RP_INSTANCES
-    if (w->ray.inside) {
-        const __global rp_top_grid* const top = &g->objects[w->ray.inside->object].top;
+    if (w->ray.instance) {
+        const __global rp_top_grid* const top = &g->objects[w->ray.instance->object].top;
         origin = rp_load3(top->origin);
         cell = rp_load3(top->cell);
     }
@@ -226,7 +226,7 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     w->origin = w->ray.origin;
     w->direction = w->ray.direction;
 #if RP_INSTANCE_LEVELS > 1
-    w->inside_count = 0u;
+    w->chain_count = 0u;
     w->behind = false;
 #endif
 #endif
@@ -341,7 +341,7 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #if RP_INSTANCE_LEVELS > 1
     w->entry = block_entry;
 #else
-    if (!w->ray.inside) w->world_entry = block_entry;
+    if (!w->ray.instance) w->world_entry = block_entry;
 #endif
 #endif
     w->block = rp_view_block(g, page);

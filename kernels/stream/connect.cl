@@ -25,7 +25,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
     const uint count = c->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
-    for (uint r = 0u; r < next_count; r++) rp_fetch_shadow(paths, rp_shadow_entry(queue, paths->slot_count, next + r));
+    for (uint r = 0u; r < next_count; r++) rp_prefetch_shadow(paths, rp_shadow_entry(queue, paths->slot_count, next + r));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         c->slot[r] = rp_shadow_entry(queue, paths->slot_count, c->first + min(r, count - 1u));
         c->status[r] = rp_status_of(paths, c->slot[r]);

@@ -20,7 +20,7 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* p
     const uint count = e->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
-    for (uint r = 0u; r < next_count; r++) rp_fetch_extension(paths, rp_extend_entry(queue, next + r));
+    for (uint r = 0u; r < next_count; r++) rp_prefetch_extension(paths, rp_extend_entry(queue, next + r));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         e->slot[r] = rp_extend_entry(queue, e->first + min(r, count - 1u));
         e->status[r] = rp_status_of(paths, e->slot[r]);

@@ -58,8 +58,8 @@ static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong 
         s->hit_instance_low[p] = world->hit_instance_low[p];
         s->hit_instance_high[p] = world->hit_instance_high[p];
     }
-    s->inside_number = number;
-    s->inside = (ulong)instance;
+    s->instance_number = number;
+    s->instance = (ulong)instance;
     s->active = rays;
 #ifdef RP_CUTOUTS
     s->met_cutout = world->met_cutout;
@@ -101,7 +101,7 @@ static inline uint rp_ahead_inside(rp_walk* walk, uint p, ulong rays, const __gl
     const uint meets =
         lanes & rp_enter_bounds(&walk->inner, p, until[p], block_entries[2u * block_entry], block_entries[2u * block_entry + 1u], entry);
     *entry += walk->inner.start[p];
-    const uint16 number = (uint16)(walk->inner.inside_number), unit = (uint16)(block_entry);
+    const uint16 number = (uint16)(walk->inner.instance_number), unit = (uint16)(block_entry);
     const uint here = (uint)(walk->behind >> (RP_PACKET_RAYS * p)) & rp_mask16(walk->stream.from_block_entry[p] == (uint16)(walk->outer_block_entry));
     const int16 later =
         (*entry > walk->from_entry[p]) |
@@ -119,7 +119,7 @@ static inline ulong rp_still_before_inside(rp_walk* walk, ulong rays, const __gl
 // As rp_meet_absent.
 static inline void rp_meet_absent_inside(rp_walk* walk, ulong rays, const __global uint4* block_entries, uint block_entry) {
     rp_stream* const s = &walk->stream;
-    const uint16 outer_block_entry = (uint16)(walk->outer_block_entry), number = (uint16)(walk->inner.inside_number), unit = (uint16)(block_entry);
+    const uint16 outer_block_entry = (uint16)(walk->outer_block_entry), number = (uint16)(walk->inner.instance_number), unit = (uint16)(block_entry);
     for (uint p = 0u; p < RP_PACKETS; p++) {
         float16 entry, page;
         uint first = rp_ahead_inside(walk, p, rays, block_entries, block_entry, &entry);
@@ -138,7 +138,7 @@ static inline void rp_meet_absent_inside(rp_walk* walk, ulong rays, const __glob
         walk->wait_number[p] = better ? number : walk->wait_number[p];
         walk->wait_unit[p] = better ? unit : walk->wait_unit[p];
         s->stopped |= (ulong)first << (RP_PACKET_RAYS * p);
-        for (; first != 0u; first &= first - 1u) walk->wait_instance[RP_PACKET_RAYS * p + rp_lowest(first)] = walk->inner.inside;
+        for (; first != 0u; first &= first - 1u) walk->wait_instance[RP_PACKET_RAYS * p + rp_lowest(first)] = walk->inner.instance;
     }
 }
 
@@ -146,8 +146,8 @@ static inline void rp_meet_absent_inside(rp_walk* walk, ulong rays, const __glob
 static inline void rp_begin_in_world(rp_walk* walk, const rp_paths* paths, const uint* slot, ulong resumed) {
     walk->inside = false;
     walk->behind = walk->kept = 0ul;
-    walk->stream.inside_number = 0u;
-    walk->stream.inside = 0ul;
+    walk->stream.instance_number = 0u;
+    walk->stream.instance = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) {
         walk->stream.start[p] = (float16)(0.0f);
         walk->stream.number[p] = walk->wait_number[p] = (uint16)(0u);

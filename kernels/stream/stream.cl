@@ -55,8 +55,8 @@ typedef struct rp_stream {
     uint16 hit_instance_low[RP_PACKETS], hit_instance_high[RP_PACKETS];  // address of its record, of a hit in this launch; or 0
     float16 start[RP_PACKETS];                                           // how far along the ray in the world this one begins
     // Of a stream inside an instance: its number + 1 and its record; 0: in the world.
-    uint inside_number;
-    ulong inside;
+    uint instance_number;
+    ulong instance;
 #endif
 } rp_stream;
 

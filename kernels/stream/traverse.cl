@@ -45,10 +45,10 @@ static inline const __global uchar* rp_wide_root(const __global uchar* base, uin
     return base + (size_t)(word >> 1) * RP_WIDE_UNIT;
 }
 
-static inline void rp_fetch_record(const __global uchar* record) {
-    rp_fetch_early(record);
-    rp_fetch_early(record + 64);
-    rp_fetch_early(record + 128);
+static inline void rp_prefetch_record(const __global uchar* record) {
+    rp_prefetch(record);
+    rp_prefetch(record + 64);
+    rp_prefetch(record + 128);
 }
 
 // Puts the children that are met onto the stack, the nearest on top. With as few branches as can be: how many children are met, and in which
@@ -70,16 +70,16 @@ static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide
     vstore8(((key - 8u) & ~7u) | (uint8)(node->leaves) >> order << 31, 0, stack->entry + bottom);
     stack->depth += count;
     // One to three without a branch that depends on their number.
-    rp_fetch_record(rp_stacked(stack, bottom));
-    rp_fetch_record(rp_stacked(stack, bottom + count / 2u));
-    rp_fetch_record(rp_stacked(stack, bottom + count - 1u));
+    rp_prefetch_record(rp_stacked(stack, bottom));
+    rp_prefetch_record(rp_stacked(stack, bottom + count / 2u));
+    rp_prefetch_record(rp_stacked(stack, bottom + count - 1u));
     if (count > 3u)
-        for (uint i = 1u; i + 1u < count; i++) rp_fetch_record(rp_stacked(stack, bottom + i));
+        for (uint i = 1u; i + 1u < count; i++) rp_prefetch_record(rp_stacked(stack, bottom + i));
 }
 
 static inline void rp_push_child(rp_stream_stack* stack, uint place, const __global uchar* first, ulong places, uint k, uint entry, ulong rays) {
     const __global uchar* record = first + ((uint)(places >> (8u * k)) & 255u) * RP_WIDE_UNIT;
-    rp_fetch_record(record);
+    rp_prefetch_record(record);
     stack->record[place] = (ulong)record;
     stack->rays[place] = rays;
     stack->entry[place] = entry;
@@ -360,7 +360,7 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
                                       round);
                     walk->record = rp_wide_root(rp_block_address(g, page.x), root, &walk->leaf);
                     walk->rays = rays;
-                    rp_fetch_record(walk->record);
+                    rp_prefetch_record(walk->record);
                     return;
                 }
             }

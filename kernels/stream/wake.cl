@@ -117,12 +117,12 @@ static inline bool rp_next_words(rp_awake_words* words, const __global ulong* aw
     return words->count != 0u;
 }
 
-static inline void rp_fetch_slots(const rp_awake_words* words, uint i, const __global uint* statuses, const __global ulong* awake) {
+static inline void rp_prefetch_slots(const rp_awake_words* words, uint i, const __global uint* statuses, const __global ulong* awake) {
     if (i + RP_WORDS_AHEAD >= words->count) return;
     const uint word = words->number[i + RP_WORDS_AHEAD];
     const ulong slots = awake[word];
     for (uint part = 0u; part < RP_AWAKE_SLOTS; part += 16u)
-        if ((slots >> part & 0xfffful) != 0ul) rp_fetch_early(statuses + (RP_AWAKE_SLOTS * word + part));
+        if ((slots >> part & 0xfffful) != 0ul) rp_prefetch(statuses + (RP_AWAKE_SLOTS * word + part));
 }
 
 static inline uint rp_bundle_of(uint status, uint bundle_scale) { return mul_hi(rp_last_block_of(status), bundle_scale); }
@@ -145,7 +145,7 @@ __kernel void rp_wake_stream(const __global uint* restrict statuses, uint slot_c
 #endif
     for (found.next = first, found.end = min(first + each, words); rp_next_words(&found, awake);) {
         for (uint i = 0u; i < found.count; i++) {
-            rp_fetch_slots(&found, i, statuses, awake);
+            rp_prefetch_slots(&found, i, statuses, awake);
             const uint word = found.number[i];
             ulong asleep = 0ul;
             for (ulong look = awake[word]; look != 0ul; look &= look - 1ul) {
@@ -175,7 +175,7 @@ __kernel void rp_wake_stream(const __global uint* restrict statuses, uint slot_c
     const uint first_shadow = slot_count - 1u - atomic_add(counters + RP_COUNT_SHADOW, rp_begin_bundles(bundles[RP_KIND_SHADOW]));
     for (found.next = first; rp_next_words(&found, awake);) {
         for (uint i = 0u; i < found.count; i++) {
-            rp_fetch_slots(&found, i, statuses, awake);
+            rp_prefetch_slots(&found, i, statuses, awake);
             for (ulong look = awake[found.number[i]]; look != 0ul; look &= look - 1ul) {
                 const uint slot = RP_AWAKE_SLOTS * found.number[i] + rp_lowest(look), status = statuses[slot], kind = rp_kind_of(status);
                 const uint place = bundles[kind][rp_bundle_of(status, bundle_scale)]++;

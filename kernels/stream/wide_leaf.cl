@@ -52,7 +52,7 @@ static inline uint rp_axis_y(uint axis) { return axis == 0u ? 2u : axis - 1u; }
 static inline bool rp_comes_first_in_stream(const rp_stream* s, uint r, uint id) {
 #ifdef RP_INSTANCES
     const uint number = ((const uint*)s->number)[r];
-    if (s->inside_number != number) return s->inside_number < number;
+    if (s->instance_number != number) return s->instance_number < number;
 #endif
     return id < ((const uint*)s->primitive)[r];
 }
@@ -72,9 +72,9 @@ static inline void rp_keep_closest(rp_stream* s, uint r, const __global rp_wide_
             ((uint*)s->hit_low)[r] = (uint)place;
             ((uint*)s->hit_high)[r] = (uint)(place >> 32);
 #ifdef RP_INSTANCES
-            ((uint*)s->number)[r] = s->inside_number;
-            ((uint*)s->hit_instance_low)[r] = (uint)s->inside;
-            ((uint*)s->hit_instance_high)[r] = (uint)(s->inside >> 32);
+            ((uint*)s->number)[r] = s->instance_number;
+            ((uint*)s->hit_instance_low)[r] = (uint)s->instance;
+            ((uint*)s->hit_instance_high)[r] = (uint)(s->instance >> 32);
 #endif
         }
     } while (lanes != 0u);
@@ -320,7 +320,7 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
             if (lanes == 0u) break;
         } else {
 #ifdef RP_INSTANCES
-            const uint16 inside = (uint16)(s->inside_number);
+            const uint16 inside = (uint16)(s->instance_number);
             const int16 first = (inside < s->number[p]) | ((inside == s->number[p]) & ((uint16)(id) < s->primitive[p]));
 #else
             const int16 first = (uint16)(id) < s->primitive[p];
@@ -335,8 +335,8 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
             s->hit_high[p] = better ? (uint16)((uint)(place >> 32)) : s->hit_high[p];
 #ifdef RP_INSTANCES
             s->number[p] = better ? inside : s->number[p];
-            s->hit_instance_low[p] = better ? (uint16)((uint)s->inside) : s->hit_instance_low[p];
-            s->hit_instance_high[p] = better ? (uint16)((uint)(s->inside >> 32)) : s->hit_instance_high[p];
+            s->hit_instance_low[p] = better ? (uint16)((uint)s->instance) : s->hit_instance_low[p];
+            s->hit_instance_high[p] = better ? (uint16)((uint)(s->instance >> 32)) : s->hit_instance_high[p];
 #endif
         }
     }
