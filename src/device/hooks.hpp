@@ -22,6 +22,8 @@ public:
     virtual bool may_command() { return true; }
     // Before a block is uploaded, by the thread that brings it.
     virtual void before_upload() {}
+    // When uploads have been given to the queue, by the same thread.
+    virtual void after_upload() {}
 };
 
 }  // namespace raypager

@@ -149,6 +149,8 @@ Status Loader::submit(std::vector<Load>& loads) {
     {
         const std::lock_guard lock(mutex_);
         submitted_.insert(submitted_.end(), loads.begin(), loads.end());
+        // At once: they may have arrived, and be brought again by another thread, before this one goes on.
+        for (const Load& load : loads) reading_.erase(load.block);
         unflushed_ = !waiting_.empty();
         if (unflushed_) return {};
     }
@@ -184,10 +186,12 @@ void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
     }
     lock.unlock();
     const Status status = bring(loads);
+    device_.hooks().after_upload();
     lock.lock();
-    if (!status) release_unsubmitted(loads);
+    if (status) return;
+    release_unsubmitted(loads);
     for (const Load& load : loads) reading_.erase(load.block);
-    if (!status.ok() && failure_.ok()) failure_ = status;
+    if (failure_.ok()) failure_ = status;
 }
 
 void Loader::work() {

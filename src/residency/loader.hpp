@@ -66,7 +66,7 @@ private:
     std::condition_variable changed_;
     std::deque<Load> waiting_;    // for a thread
     std::deque<Load> submitted_;  // uploads under way, in the order of the queue
-    // Blocks that threads are working on, and since when.
+    // Blocks that threads are working on, until their uploads are submitted, and since when.
     std::map<uint32_t, std::chrono::steady_clock::time_point> reading_;
     bool unflushed_ = false;  // uploads that arrived() has to flush
     Status failure_;

@@ -17,11 +17,12 @@
 
 namespace raypager {
 
-// Blocks wait before they are uploaded, as files do.
+// Blocks wait before they are uploaded, as files do, and threads that have done it before they go on.
 class SlowUploads final : public DeviceHooks {
 public:
     explicit SlowUploads(support::FailingFileSystem& disk) : disk_(disk) {}
     void before_upload() override { disk_.delay(); }
+    void after_upload() override { disk_.delay(); }
 
 private:
     support::FailingFileSystem& disk_;
