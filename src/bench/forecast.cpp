@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "base/log.hpp"
 #include "bench/clock_model.hpp"
 #include "bench/forecast_runs.hpp"
 #include "bench/limit_curve.hpp"
@@ -65,9 +66,12 @@ private:
         return trial;
     }
 
+    void warn(const std::string& text) const { callbacks_.warning ? callbacks_.warning(text) : log_warning(text); }
+
     Status choose_trials() {
         const auto asked = plan_within(source_, options_);
         if (!asked) return asked.status();
+        if (asked->film_by_parts) warn("the film is on the device by parts; each loads blocks anew, which this forecast leaves out");
         trials_.push_back({options_, *asked, {}, {}});
         auto resident = trial_within({0, 100});
         if (!resident) return resident.status();

@@ -1,5 +1,5 @@
-// Where the film does not fit into the memory of the device, it holds that of some rows of the picture at a time, a window: all samples of these
-// rows are taken before those of the next window begin. Which ones are left, by window.
+// Where the film does not fit into the memory of the device, the device holds the film of some rows of the picture at a time, a window: all samples
+// of these rows are taken before those of the next window begin. Keeps which samples are left, by window.
 #pragma once
 
 #include <cstdint>

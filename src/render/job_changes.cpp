@@ -65,8 +65,9 @@ Status RenderJob::check_limits() const {
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("the limits of a render that is recorded are fixed");
     if (options_.tuning.pool_place == PoolPlace::host) return Status::usage("all geometry is in host memory; there is no limit to change");
     const DeviceRounds& rounds = first().rounds();
-    const auto params = full_size_params();
+    auto params = full_size_params();
     if (!params) return params.status();
+    params->order = wavefront().params().order;
     const auto plan = plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share());
     if (!plan) return plan.status();
     return plan->params.film_rows == params->height ? Status() : Status::usage("within such limits the film would not fit as a whole");

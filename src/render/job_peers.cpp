@@ -202,7 +202,7 @@ Status RenderJob::act(PeerAction what) {
         late_ = late_ || what == PeerAction::late;
         if (what == PeerAction::stop_soon) stop_began_ = render_seconds();
         RAYPAGER_TRY(begin_fewer(what == PeerAction::stop_soon));
-        // What comes next would otherwise hide this from who has not looked yet. What follows below is done by all together anyway.
+        // What comes next would otherwise hide this from who has not looked yet. The other actions need no such wait: all take part in them.
         return options_.peers->gather({}).status();
     }
     RAYPAGER_TRY(settle());

@@ -19,15 +19,6 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
     return limit;
 }
 
-// Bytes of the film that are there at a time. others: that slots and blocks need at least.
-uint64_t film_bytes(const MemoryNeeds& needs, uint64_t others) {
-    const uint64_t left = needs.limit - std::min(needs.limit, needs.fixed), room = std::min(left - std::min(left, others), needs.max_film);
-    if (needs.film_part == 0 || needs.film <= std::min(left / 2, room)) return needs.film;
-    const uint64_t parts = (needs.film + needs.film_part - 1) / needs.film_part;
-    const uint64_t most = std::max<uint64_t>(1, std::min(left / 4, room) / needs.film_part), windows = (parts + most - 1) / most;
-    return std::min(needs.film, (parts + windows - 1) / windows * needs.film_part);
-}
-
 // Slots whose bytes are a certain part of the scene's over the share that is resident.
 uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
     const double geometry = static_cast<double>(needs.geometry);
@@ -63,6 +54,28 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     return std::max(min_slots, std::min({slots, room / needs.per_slot, needs.max_slots}));
 }
 
+// left: beside what is fixed and the film.
+MemoryPlan divide(const MemoryNeeds& needs, uint64_t left) {
+    const uint64_t pool = pool_limit(needs);
+    MemoryPlan plan;
+    plan.slots = needs.requested_slots ? needs.requested_slots : wanted_slots(needs, pool, left - needs.largest_block);
+    plan.pool_bytes = std::min(pool, left - plan.slots * needs.per_slot);
+    return plan;
+}
+
+// Bytes of the film that are there at a time. others: that slots and blocks need at least.
+uint64_t film_bytes(const MemoryNeeds& needs, uint64_t others) {
+    const uint64_t left = needs.limit - std::min(needs.limit, needs.fixed), room = std::min(left - std::min(left, others), needs.max_film);
+    if (needs.film_part == 0 || (needs.whole_film && needs.film <= room)) return needs.film;
+    if (left < others) return std::min(needs.film, needs.film_part);
+    const MemoryPlan without = divide(needs, left);
+    const uint64_t spare = left - without.slots * needs.per_slot - without.pool_bytes;
+    if (needs.film <= std::min(room, std::max(left / 2, spare))) return needs.film;
+    const uint64_t parts = (needs.film + needs.film_part - 1) / needs.film_part;
+    const uint64_t most = std::max<uint64_t>(1, std::min(room, std::max(left / 4, spare)) / needs.film_part), windows = (parts + most - 1) / most;
+    return std::min(needs.film, (parts + windows - 1) / windows * needs.film_part);
+}
+
 }  // namespace
 
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs) {
@@ -80,12 +93,8 @@ Result<MemoryPlan> plan_memory(const MemoryNeeds& needs) {
             "the largest block or page",
             format_bytes(needs.limit), format_exact_bytes(smallest), format_bytes(fixed), format_bytes(fewest * needs.per_slot),
             counted(fewest, "path slot"), format_bytes(needs.largest_block)));
-    const uint64_t left = needs.limit - fixed;
-    const uint64_t pool = pool_limit(needs);
-    MemoryPlan plan;
+    MemoryPlan plan = divide(needs, needs.limit - fixed);
     plan.film_bytes = film;
-    plan.slots = needs.requested_slots ? needs.requested_slots : wanted_slots(needs, pool, left - needs.largest_block);
-    plan.pool_bytes = std::min(pool, left - plan.slots * needs.per_slot);
     return plan;
 }
 

@@ -29,6 +29,7 @@ struct MemoryNeeds {
     uint64_t max_region_slots = 0;      // with at most so many the render goes region by region (RenderTuning::region); 0: it does not
     uint64_t max_slots = UINT64_MAX;    // that the device can hold in one buffer
     uint64_t max_film = UINT64_MAX;     // bytes that the device can hold in one buffer
+    bool whole_film = false;            // wherever it fits
 };
 
 struct MemoryPlan {
@@ -45,8 +46,8 @@ inline constexpr uint64_t min_slots = 1024;
 
 // Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
 //
-// The film is there as a whole, unless it would take more than half of what is left beside the fixed part, or the device has no such buffers: then
-// by parts, as few as possible of which none takes more than a quarter.
+// The film is there as a whole, unless it is larger than the device's largest buffer, or takes more than half of what is left beside the fixed part
+// and more than pool and slots have no use for: then by parts, as few as possible of which none takes more than a quarter or what is spare.
 //
 // The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident, and
 // the preferred number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays

@@ -184,6 +184,11 @@ Status check_host_memory(const rp_render_params& params, const char* what, uint6
 Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_by_parts) {
     const uint64_t pixels = uint64_t{params.width} * params.height, bytes_per_pixel = FilmLayout(params).words() * sizeof(uint32_t);
     const uint64_t film = pixels * bytes_per_pixel, most = device.max_allocation_bytes;
+    const uint64_t part = uint64_t{params.width} * std::min(params.height, params.order.tile_size) * bytes_per_pixel;
+    if (film_by_parts && part > most)
+        return Status::failed(
+            fmt::format("--size {}x{}: the film of a row of tiles needs {} at once, but {} allocates at most {}; give a smaller --tile", params.width,
+                        params.height, format_exact_bytes(part), device.name, format_bytes(most)));
     if (film > most && !film_by_parts)
         return Status::failed(
             fmt::format("--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width,
@@ -191,10 +196,13 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
     return check_host_memory(params, "the picture needs", picture_bytes(params));
 }
 
+uint64_t host_film_bytes(const rp_render_params& params) {
+    return uint64_t{params.width} * (uint64_t{params.height} + params.film_rows) * FilmLayout(params).words() * sizeof(uint32_t);
+}
+
 Status check_host_film(const rp_render_params& params) {
-    const uint64_t film = uint64_t{params.width} * params.height * FilmLayout(params).words() * sizeof(uint32_t);
     return check_host_memory(params, "the picture and its film, which does not fit into device memory as a whole, need",
-                             film + picture_bytes(params));
+                             host_film_bytes(params) + picture_bytes(params));
 }
 
 }  // namespace raypager

@@ -15,7 +15,8 @@ Status check_instruments(const RenderOptions& options, const RenderInstruments& 
 RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params);
 // The film lies in one buffer on the device, unless it may be there by parts; the finished picture lies in host memory.
 Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_by_parts);
-// A film that is on the device by parts lies in host memory, with the finished picture.
+// A film that is on the device by parts lies in host memory as a whole, with the part that is taken from the device, and with the finished picture.
+uint64_t host_film_bytes(const rp_render_params& params);
 Status check_host_film(const rp_render_params& params);
 
 // Whether pictures are looked at before the end. Renders with a checkpoint are there to be stopped and looked at.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "base/memory.hpp"
 #include "base/words.hpp"
@@ -21,7 +20,7 @@ uint64_t preferred_slots(BlockForm form, const DeviceProfile& profile) {
 }
 
 // The tiles of a render that goes on from a checkpoint are those that it began with.
-bool chooses_tile(const RenderOptions& options) { return options.tuning.tile_size == 0 && !is_seen_growing(options); }
+bool chooses_tile(const RenderOptions& options) { return options.tuning.tile_size == 0 && options.checkpoint.file.empty(); }
 
 bool chooses_region(const RenderOptions& options) { return !options.tuning.region && !is_seen_growing(options); }
 
@@ -46,12 +45,6 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     return visits;
 }
 
-// Rows that windows of the film are whole numbers of: those of tiles, whose size may be chosen later.
-uint32_t window_rows(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device) {
-    const uint32_t tile = params.order.tile_size;
-    return chooses_tile(options) ? std::lcm(tile, device.profile.region_tile) : tile;
-}
-
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
 MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const RenderInstruments& instruments,
                          const rp_render_params& params, const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit,
@@ -61,7 +54,8 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.limit = device_limit;
     needs.fixed = bytes.scene + std::max<uint64_t>(scene.pageable_count(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
     needs.film = bytes.film_row * params.height;
-    if (may_take_windows(options, instruments, params, sharers)) needs.film_part = bytes.film_row * window_rows(options, params, device);
+    if (may_take_windows(options, instruments, params, sharers)) needs.film_part = bytes.film_row * params.order.tile_size;
+    needs.whole_film = instruments.whole_film;
     needs.max_film = device.max_allocation_bytes;
     needs.per_slot = bytes.per_slot;
     if (options.tuning.pool_place == PoolPlace::device) {
@@ -107,14 +101,14 @@ PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const Re
 }  // namespace
 
 bool may_take_windows(const RenderOptions& options, const RenderInstruments& instruments, const rp_render_params& params, const Sharers& sharers) {
-    return sharers.all_devices == 1 && params.adaptive_error == 0 && options.time_seconds == 0 && !options.coarse_first &&
+    return !options.peers && sharers.all_devices == 1 && params.adaptive_error == 0 && options.time_seconds == 0 && !options.coarse_first &&
            instruments.record_paths == 0;
 }
 
-uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes) {
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes, uint64_t film_bytes) {
     if (options.host_limit) return options.host_limit;
     // What such a device takes comes out of the same memory.
-    const uint64_t taken = device.profile.shares_host_memory ? planned_bytes : 0;
+    const uint64_t taken = film_bytes + (device.profile.shares_host_memory ? planned_bytes : 0);
     const auto left = [taken](uint64_t memory) { return memory - std::min(memory, taken); };
     return default_limit(left(total_memory()) / 2, left(available_memory())).bytes / processes;
 }
@@ -166,6 +160,16 @@ ResidencySettings plan_residency(const BakedScene& scene, const RenderOptions& o
 
 }  // namespace
 
+namespace {
+
+// Rows of the film that are on the device at a time are whole tiles.
+void choose_tile(rp_render_params& params, uint32_t tile) {
+    if (params.film_rows < params.height && params.film_rows > tile) params.film_rows -= params.film_rows % tile;
+    if (params.film_rows == params.height || params.film_rows % tile == 0) params.order.tile_size = tile;
+}
+
+}  // namespace
+
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
                                const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, const Sharers& sharers) {
     RAYPAGER_TRY(check_traversal(options.tuning.traversal, device, scene.instance_levels()));
@@ -177,21 +181,22 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device, scene.instance_levels());
     const MemoryNeeds needs = memory_needs(scene, plan.form, options, instruments, params, plan.visits, device, memory_limit, sharers);
     const auto memory = plan_memory(needs);
-    const auto host_limit_beside = [&](uint64_t device_bytes) {
-        return sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * device_bytes, sharers.processes);
+    const auto host_limit_beside = [&](uint64_t device_bytes, uint64_t film_bytes) {
+        return sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * device_bytes, sharers.processes, film_bytes);
     };
     if (!memory) {  // and who gives what it asks for is not to learn then that something else is missing
         const Status host =
-            check_host_pool(scene, plan.form, options, host_limit_beside(needs.fixed + needs.film + min_slots * needs.per_slot), device);
+            check_host_pool(scene, plan.form, options, host_limit_beside(needs.fixed + min_slots * needs.per_slot, needs.film), device);
         return host ? memory.status() : Status::failed(memory.status().message() + "; and " + host.message());
     }
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
-    if (plan.params.order.region > 0 && chooses_tile(options) && !holds_all(*memory, needs)) plan.params.order.tile_size = device.profile.region_tile;
-    plan.params.film_rows = static_cast<uint32_t>(memory->film_bytes / (needs.film / params.height));
-    plan.device_bytes = needs.fixed + memory->film_bytes + memory->slots * needs.per_slot + memory->pool_bytes;
-    plan.host_limit = host_limit_beside(plan.device_bytes);
+    const uint64_t film_row = needs.film / params.height;
+    plan.params.film_rows = static_cast<uint32_t>(memory->film_bytes / film_row);
+    if (plan.params.order.region > 0 && chooses_tile(options) && !holds_all(*memory, needs)) choose_tile(plan.params, device.profile.region_tile);
+    plan.device_bytes = needs.fixed + plan.params.film_rows * film_row + memory->slots * needs.per_slot + memory->pool_bytes;
+    plan.host_limit = host_limit_beside(plan.device_bytes, plan.params.film_rows < params.height ? host_film_bytes(plan.params) : 0);
     RAYPAGER_TRY(check_host_pool(scene, plan.form, options, plan.host_limit, device));
     plan.residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);
     const bool resident = holds_all(*memory, needs);

@@ -36,8 +36,8 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
 // Whether the film may be on the device by parts (render/film_windows.hpp): not where all of it is looked at before the end, or several share it.
 bool may_take_windows(const RenderOptions& options, const RenderInstruments& instruments, const rp_render_params& params, const Sharers& sharers);
 // The user's, or of half of all memory a share, for the cache of blocks; less if less is free. planned_bytes: of device memory, which a CPU takes
-// out of it. processes: on this machine.
-uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes);
+// out of it. processes: on this machine. film_bytes: of a film in main memory.
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes, uint64_t film_bytes = 0);
 
 // What the policy needs to know of blocks.
 BlockNotes block_notes(PolicyKind policy);

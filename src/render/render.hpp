@@ -27,6 +27,7 @@ struct RenderInstruments {
     uint32_t rounds_under_way = 0;                                // 1 or 2; 0: what suits the device
     std::optional<uint32_t> evict_ahead;                          // as PolicySettings has it
     uint32_t visit_events = 0;                                    // that the log of recorded paths has room for; 0: as many as suit
+    bool whole_film = false;                                      // on the device wherever it fits, though more would be left without
     std::shared_ptr<DeviceHooks> device_hooks;                    // null: none
     std::vector<std::shared_ptr<DeviceHooks>> more_device_hooks;  // where there are several devices: those of the second and so on
     // Which parts of the render are begun: ascending, none of them empty, at least one. Asked once slots and regions are chosen, which are those of

@@ -23,6 +23,13 @@ RenderInstruments instruments_of(const RenderOptions& options) {
     return instruments;
 }
 
+// The view or the limits may be changed, which takes the whole film.
+RenderInstruments instruments_of_session(const RenderOptions& options) {
+    RenderInstruments instruments = instruments_of(options);
+    instruments.whole_film = true;
+    return instruments;
+}
+
 Result<RenderResult> for_users(Result<MeasuredRender> measured, const RenderOptions& options) {
     if (!measured) return measured.status();
     if (measured->trace) {
@@ -45,7 +52,7 @@ struct Session::State {
     const Blocks scene;
     RenderOptions options;  // the job looks here
     const RenderCallbacks callbacks;
-    const RenderInstruments instruments = instruments_of(options);
+    const RenderInstruments instruments = instruments_of_session(options);
     RenderJob job{scene.source(), options, callbacks, instruments};
 };
 

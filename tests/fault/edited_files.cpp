@@ -50,7 +50,7 @@ TEST_F(EditedFiles, that_pass_all_checks_are_rendered) {
         SCOPED_TRACE(testing::Message() << "file " << number);
         ASSERT_TRUE(bake(file.scene, file.options, folder_ / "good.rpb").ok());
         // What takes kernels of its own is compiled for seconds: the first two have all that the others have.
-        const int renders = support::thorough() ? 1000 : number < 2 ? 15 : 0;
+        const int renders = support::thorough() ? 250 : number < 2 ? 15 : 0;
         const int passed = try_edits(support::read_file(folder_ / "good.rpb"), edits, renders);
         EXPECT_GT(passed, edits / 20);
         EXPECT_LT(passed, edits * 19 / 20);

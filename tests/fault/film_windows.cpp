@@ -86,7 +86,6 @@ TEST_F(FilmInWindows, goes_on_from_checkpoints) {
             options.checkpoint.resume = part > 0;
             options.tuning.paths = 1024u << random() % 3;
             if (random() % 4 > 0) options = in_windows(options, random() % 60);
-            options.checkpoint.resume = part > 0;
             const auto result = render_rounds(*file_, options, part == 6 ? 0 : 1 + random() % 40);
             ASSERT_TRUE(result.ok()) << result.status().message();
             if (!result->report.complete) {
@@ -134,6 +133,39 @@ TEST_F(FilmInWindows, is_seen_in_snapshots) {
     EXPECT_EQ(parts->report.film_hash, whole->report.film_hash);
     EXPECT_GT(seen, 10u);
     EXPECT_GT(last, 1);
+}
+
+// A session may begin anew with another view, or go on within other limits: it has the whole film wherever that fits, and says so where it does not.
+TEST_F(FilmInWindows, is_whole_in_sessions_if_it_fits) {
+    const auto blocks = Blocks::open(folder_.path() / "scene.rpb");
+    ASSERT_TRUE(blocks.ok()) << blocks.status().message();
+    const uint64_t film = uint64_t{base_.width} * base_.height * 32;
+    for (const bool fits : {true, false}) {
+        support::TestOptions options = in_windows(base_, 12);
+        if (fits) options.memory_limit += film;
+        auto session = Session::create(*blocks, options);
+        ASSERT_TRUE(session.ok()) << session.status().message();
+        ASSERT_TRUE(session->step(0).ok());
+        const Status restarted = session->restart({{}, 60, 40}), limited = session->limit_geometry(0, 50);
+        EXPECT_EQ(restarted.ok(), fits) << restarted.message();
+        EXPECT_EQ(limited.ok(), fits) << limited.message();
+        EXPECT_TRUE(fits || restarted.message().find("--memory-limit") != std::string::npos) << restarted.message();
+        while (!session->done()) ASSERT_TRUE(session->step(0).ok());
+        const auto result = session->finish();
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->report.film_rows < result->report.height, !fits);
+        EXPECT_EQ(result->report.average_spp, base_.spp);
+    }
+}
+
+TEST_F(FilmInWindows, is_refused_where_not_even_a_row_of_tiles_fits_into_a_buffer) {
+    support::TestOptions options = base_;
+    options.width = 1 << 20;
+    options.height = 1500;
+    options.tuning.tile_size = 1024;
+    const auto refused = render(*file_, options, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.status().message().find("--tile"), std::string::npos) << refused.status().message();
 }
 
 // What looks at the whole film before the end needs it on the device.

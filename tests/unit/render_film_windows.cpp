@@ -38,10 +38,11 @@ TEST(SampleRanges, in_both_and_without) {
 
 struct Picture {
     uint32_t width, height, tile, together, spp, region, rows;
+    uint32_t more_spp = 0;  // behind those that are grouped, as after a checkpoint
 };
-const Picture pictures[] = {{37, 23, 16, 1, 3, 0, 16},   {37, 23, 16, 16, 17, 0, 16}, {5, 9, 2, 4, 10, 0, 4},   {64, 32, 8, 16, 16, 0, 24},
-                            {1, 40, 7, 3, 5, 0, 14},     {37, 23, 4, 16, 17, 100, 8}, {5, 6, 2, 4, 300, 14, 2}, {5, 3, 2, 1, 700, 1, 2},
-                            {64, 32, 8, 7, 100, 512, 8}, {16, 16, 100, 9, 20, 50, 16}};
+const Picture pictures[] = {{37, 23, 4, 16, 17, 100, 8, 5}, {37, 23, 16, 4, 9, 0, 16, 7}, {37, 23, 16, 1, 3, 0, 16},   {37, 23, 16, 16, 17, 0, 16},
+                            {5, 9, 2, 4, 10, 0, 4},         {64, 32, 8, 16, 16, 0, 24},   {1, 40, 7, 3, 5, 0, 14},     {37, 23, 4, 16, 17, 100, 8},
+                            {5, 6, 2, 4, 300, 14, 2},       {5, 3, 2, 1, 700, 1, 2},      {64, 32, 8, 7, 100, 512, 8}, {16, 16, 100, 9, 20, 50, 16}};
 
 TEST(FilmWindows, have_every_sample_once) {
     for (const Picture& p : pictures) {
@@ -49,21 +50,22 @@ TEST(FilmWindows, have_every_sample_once) {
         params.width = p.width, params.height = p.height, params.film_rows = p.rows;
         const uint64_t pixels = uint64_t{p.width} * p.height;
         params.order = make_order(p.tile, p.together, p.spp, pixels, p.region);
+        const uint32_t spp = p.spp + p.more_spp;
         // Of all numbers some have begun already.
         constexpr uint32_t seed = 11;
         std::mt19937_64 random(seed);
         std::vector<SampleRange> left;
-        for (uint64_t at = random() % pixels; at < pixels * p.spp;) {
-            const uint64_t end = std::min<uint64_t>(pixels * p.spp, at + 1 + random() % (3 * pixels));
+        for (uint64_t at = random() % pixels; at < pixels * spp;) {
+            const uint64_t end = std::min<uint64_t>(pixels * spp, at + 1 + random() % (3 * pixels));
             left.push_back({at, end});
             at = end + random() % pixels;
         }
         std::vector<rp_path_sample> again;
-        for (uint32_t pixel = 0; pixel < pixels; pixel += 3) again.push_back({pixel, pixel % p.spp});
+        for (uint32_t pixel = 0; pixel < pixels; pixel += 3) again.push_back({pixel, pixel % spp});
         FilmWindows windows(params, left, again);
-        std::vector<uint32_t> row_of_number(pixels * p.spp);
+        std::vector<uint32_t> row_of_number(pixels * spp);
         for (uint32_t pixel = 0; pixel < pixels; pixel++)
-            for (uint32_t sample = 0; sample < p.spp; sample++)
+            for (uint32_t sample = 0; sample < spp; sample++)
                 row_of_number[sample_number(params.order, p.width, p.height, pixel, sample)] = pixel / p.width;
         uint64_t taken = 0, taken_again = 0, all = 0;
         for (const SampleRange& range : left) all += range.size();
@@ -116,7 +118,17 @@ TEST(MemoryPlan, large_films_are_there_by_parts) {
     EXPECT_EQ(plan_memory(needs)->film_bytes, 20u << 20);  // two equal parts
     needs.max_film = UINT64_MAX;
     needs.film = 50 << 20;
-    EXPECT_EQ(plan_memory(needs)->film_bytes, 17u << 20);  // three, of at most 24 MiB
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 50u << 20);  // pool and slots take 36.3 MiB, and have no use for more
+    needs.geometry = 60 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 25u << 20);  // two parts, of at most the 29.7 MiB that are spare
+    needs.geometry = 200 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 17u << 20);  // three, of at most a quarter of 96 MiB
+    needs.whole_film = true;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 50u << 20);
+    needs.film = 95 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 24u << 20) << "which does not fit";
+    needs.whole_film = false;
+    needs.film = 50 << 20;
     needs.requested_slots = 900000;
     EXPECT_EQ(plan_memory(needs)->film_bytes, 9u << 20);  // of 96 MiB, 85.8 are for slots, 1 is for a block
 }
