@@ -71,7 +71,7 @@ private:
     Status choose_trials() {
         const auto asked = plan_within(source_, options_);
         if (!asked) return asked.status();
-        if (asked->film_by_parts) warn("the film is on the device by parts; each loads blocks anew, which this forecast leaves out");
+        if (asked->film_in_parts) warn("the film is on the device in parts; each loads blocks anew, which this forecast leaves out");
         trials_.push_back({options_, *asked, {}, {}});
         auto resident = trial_within({0, 100});
         if (!resident) return resident.status();

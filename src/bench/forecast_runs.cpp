@@ -67,7 +67,7 @@ Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& op
     within.pool_bytes = plan->residency.pool_bytes, within.device_bytes = plan->device_bytes, within.host_bytes = plan->host_limit;
     within.scene_bytes = scene.memory_bytes(plan->form);
     within.slots = plan->params.slot_count, within.region_pixels = plan->params.order.region;
-    within.film_by_parts = plan->params.film_rows < plan->params.height;
+    within.film_in_parts = plan->params.film_rows < plan->params.height;
     within.policy = plan->residency.policy, within.rounds_under_way = plan->rounds_under_way;
     return within;
 }

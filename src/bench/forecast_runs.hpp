@@ -22,7 +22,7 @@ struct LimitPlan {
     uint64_t host_bytes = 0;     // of host memory for blocks
     PolicySettings policy;
     uint32_t rounds_under_way = 1;
-    bool film_by_parts = false;  // on the device
+    bool film_in_parts = false;  // on the device
     bool holds_all() const { return pool_bytes >= scene_bytes; }
 };
 // Fails as the render would. nodes: that share it, each with such a device and limits.

@@ -47,7 +47,7 @@ inline constexpr uint64_t min_slots = 1024;
 // Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
 //
 // The film is there as a whole, unless it is larger than the device's largest buffer, or takes more than half of what is left beside the fixed part
-// and more than pool and slots have no use for: then by parts, as few as possible of which none takes more than a quarter or what is spare.
+// and more than pool and slots have no use for: then in parts, as few as possible of which none takes more than a quarter or what is spare.
 //
 // The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident, and
 // the preferred number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays

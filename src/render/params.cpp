@@ -181,15 +181,15 @@ Status check_host_memory(const rp_render_params& params, const char* what, uint6
 
 }  // namespace
 
-Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_by_parts) {
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_in_parts) {
     const uint64_t pixels = uint64_t{params.width} * params.height, bytes_per_pixel = FilmLayout(params).words() * sizeof(uint32_t);
     const uint64_t film = pixels * bytes_per_pixel, most = device.max_allocation_bytes;
     const uint64_t part = uint64_t{params.width} * std::min(params.height, params.order.tile_size) * bytes_per_pixel;
-    if (film_by_parts && part > most)
+    if (film_in_parts && part > most)
         return Status::failed(
             fmt::format("--size {}x{}: the film of a row of tiles needs {} at once, but {} allocates at most {}; give a smaller --tile", params.width,
                         params.height, format_exact_bytes(part), device.name, format_bytes(most)));
-    if (film > most && !film_by_parts)
+    if (film > most && !film_in_parts)
         return Status::failed(
             fmt::format("--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width,
                         params.height, format_exact_bytes(film), device.name, format_bytes(most), format_count(most / bytes_per_pixel)));

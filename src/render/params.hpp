@@ -13,9 +13,9 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
 // What cannot be recorded.
 Status check_instruments(const RenderOptions& options, const RenderInstruments& instruments);
 RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params);
-// The film lies in one buffer on the device, unless it may be there by parts; the finished picture lies in host memory.
-Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_by_parts);
-// A film that is on the device by parts lies in host memory as a whole, with the part that is taken from the device, and with the finished picture.
+// The film lies in one buffer on the device, unless it may be there in parts; the finished picture lies in host memory.
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device, bool film_in_parts);
+// A film that is on the device in parts lies in host memory as a whole, with the part that is taken from the device, and with the finished picture.
 uint64_t host_film_bytes(const rp_render_params& params);
 Status check_host_film(const rp_render_params& params);
 

@@ -33,7 +33,7 @@ struct Sharers {
 // memory_limit: of all device memory, in bytes.
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
                                const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, const Sharers& sharers = {});
-// Whether the film may be on the device by parts (render/film_windows.hpp): not where all of it is looked at before the end, or several share it.
+// Whether the film may be on the device in parts (render/film_windows.hpp): not where all of it is looked at before the end, or several share it.
 bool may_take_windows(const RenderOptions& options, const RenderInstruments& instruments, const rp_render_params& params, const Sharers& sharers);
 // The user's, or of half of all memory a share, for the cache of blocks; less if less is free. planned_bytes: of device memory, which a CPU takes
 // out of it. processes: on this machine. film_bytes: of a film in main memory.

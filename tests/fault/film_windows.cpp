@@ -1,4 +1,4 @@
-// A film that does not fit into device memory is there by parts; the picture is the same, whatever else is small or stops.
+// A film that does not fit into device memory is there in parts; the picture is the same, whatever else is small or stops.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -101,7 +101,7 @@ TEST(FilmWindows, without_what_is_not_to_begin_any_more) {
     EXPECT_FALSE(windows.any_left());
 }
 
-TEST(MemoryPlan, large_films_are_there_by_parts) {
+TEST(MemoryPlan, large_films_are_there_in_parts) {
     MemoryNeeds needs;
     needs.limit = 100 << 20;
     needs.fixed = 4 << 20;
