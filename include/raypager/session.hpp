@@ -220,10 +220,10 @@ public:
     // In the order of Blocks::bounds, after the last round.
     std::vector<BlockStatus> blocks() const;
     // Begins anew with another view, of at most as many pixels as the session was created with. Blocks and kernels on the device stay; counts and
-    // seconds begin at 0. Not while there is a checkpoint or a recording. After a usage error it goes on as before.
+    // seconds begin at 0. Not with a checkpoint, a recording, or a film that is on the device in parts. After a usage error it goes on as before.
     Status restart(const SessionView& view);
     // Goes on with another RenderOptions::geometry_limit and geometry_limit_percent: the picture is the same as with one limit from start to end.
-    // Blocks come anew. What is too little is a usage error that names the smallest limit that would do; then it goes on as before.
+    // Blocks come anew. What is too little is a usage error that says so, as is a film that is on the device in parts; then it goes on as before.
     Status limit_geometry(uint64_t bytes, double percent);
     // Writes the checkpoint now. A usage error without RenderOptions::checkpoint.
     Status checkpoint();
