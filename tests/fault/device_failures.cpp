@@ -169,6 +169,7 @@ TEST_F(DeviceFailures, a_render_with_progress_is_not_talked_about) {
 
 TEST_F(DeviceFailures, a_film_that_the_device_cannot_hold_is_refused_with_the_number) {
     options_.width = options_.height = 16384;
+    options_.adaptive_error = 0.1;  // which takes the whole film
     options_.memory_limit = uint64_t{1} << 30;
     const auto result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());

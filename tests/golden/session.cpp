@@ -280,6 +280,7 @@ TEST_F(Sessions, limits_that_change_while_the_picture_is_small_leave_room_for_la
     const std::string key = "the smallest that would do is ", &message = refused.status().message();
     ASSERT_NE(message.find(key), std::string::npos) << message;
     options_.memory_limit = std::stoull(message.substr(message.find(key) + key.size())) + 200000;
+    options_.memory_limit += 400 * 300 * 32;  // for the film as a whole, without which the view cannot change
     options_.geometry_limit_percent = 0;
     const auto whole = render(*blocks_, options_);
     ASSERT_TRUE(whole.ok()) << whole.status().message();
