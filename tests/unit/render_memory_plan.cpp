@@ -117,6 +117,58 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     EXPECT_EQ(plan_memory(needs)->slots, 10000u);
 }
 
+TEST(MemoryPlan, large_films_are_there_in_parts) {
+    MemoryNeeds needs = ordinary();
+    needs.limit = 100 << 20;
+    needs.fixed = 4 << 20;
+    needs.film = 40 << 20;
+    needs.geometry = 30 << 20;
+    needs.largest_block = 1 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 40u << 20);  // what cannot be divided
+    needs.film_part = 1 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 40u << 20);  // less than half
+    needs.max_film = 30 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 20u << 20);  // two equal parts
+    needs.max_film = UINT64_MAX;
+    needs.film = 50 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 50u << 20);  // pool and slots take 36.3 MiB, and have no use for more
+    needs.geometry = 60 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 25u << 20);  // two parts, of at most the 29.7 MiB that are spare
+    needs.geometry = 200 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 17u << 20);  // three, of at most a quarter of 96 MiB
+    needs.whole_film = true;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 50u << 20);
+    needs.film = 95 << 20;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 24u << 20) << "which does not fit";
+    needs.whole_film = false;
+    needs.film = 50 << 20;
+    needs.requested_slots = 900000;
+    EXPECT_EQ(plan_memory(needs)->film_bytes, 9u << 20);  // of 96 MiB, 85.8 are for slots, 1 is for a block
+}
+
+// Down to one part and the fewest slots, or those that are asked for.
+TEST(MemoryPlan, parts_of_films_are_never_over_the_limit) {
+    for (const uint64_t slots : {uint64_t{0}, uint64_t{200000}})
+        for (const uint64_t part : {uint64_t{4} << 10, uint64_t{1} << 20}) {
+            MemoryNeeds needs = ordinary();
+            needs.film = uint64_t{8} << 30;
+            needs.film_part = part;
+            needs.requested_slots = slots;
+            const uint64_t smallest = needs.fixed + part + (slots ? slots : min_slots) * needs.per_slot + needs.largest_block;
+            for (uint64_t limit = smallest - 1000; limit < smallest + (200 << 20); limit += limit < smallest + 1000 ? 100 : 777777) {
+                needs.limit = limit;
+                const auto plan = plan_memory(needs);
+                ASSERT_EQ(plan.ok(), limit >= smallest) << limit;
+                if (!plan.ok()) {
+                    EXPECT_NE(plan.status().message().find(std::to_string(smallest)), std::string::npos) << plan.status().message();
+                    continue;
+                }
+                EXPECT_LE(needs.fixed + plan->film_bytes + plan->slots * needs.per_slot + plan->pool_bytes, limit);
+                EXPECT_EQ(plan->film_bytes % part, 0u);
+            }
+        }
+}
+
 TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     MemoryNeeds needs = ordinary();
     needs.limit = uint64_t{4} << 30;

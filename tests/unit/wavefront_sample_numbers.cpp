@@ -1,6 +1,7 @@
 // Which samples a device begins, and how they are shared out.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
 
@@ -12,6 +13,31 @@ namespace {
 
 uint64_t kernel_number(const rp_sample_numbers& numbers, uint64_t count) {
     return count + (count < numbers.first_end ? numbers.first_shift : numbers.then_shift);
+}
+
+TEST(SampleRanges, in_both_and_without) {
+    constexpr uint32_t seed = 3;
+    std::mt19937 random(seed);
+    for (int trial = 0; trial < 500; trial++) {
+        const auto some = [&random] {
+            std::vector<SampleRange> ranges;
+            for (uint64_t at = random() % 5; at < 60; at += random() % 9) {
+                const uint64_t end = at + random() % 8;
+                ranges.push_back({at, end});
+                at = end;
+            }
+            return merge_ranges(std::move(ranges));
+        };
+        const auto has = [](const std::vector<SampleRange>& ranges, uint64_t number) {
+            return std::any_of(ranges.begin(), ranges.end(), [number](const SampleRange& r) { return r.begin <= number && number < r.end; });
+        };
+        const auto a = some(), b = some(), both = ranges_of_both(a, b), rest = ranges_without(a, b);
+        ASSERT_EQ(merge_ranges(both).size(), both.size()) << "trial " << trial << " of seed " << seed;
+        for (uint64_t number = 0; number < 80; number++) {
+            ASSERT_EQ(has(both, number), has(a, number) && has(b, number)) << number << ", trial " << trial << " of seed " << seed;
+            ASSERT_EQ(has(rest, number), has(a, number) && !has(b, number)) << number << ", trial " << trial << " of seed " << seed;
+        }
+    }
 }
 
 TEST(SampleNumbers, are_those_of_a_list) {
