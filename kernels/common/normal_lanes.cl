@@ -13,7 +13,7 @@
 
 // Of any length but 0.
 static inline RP_UINTS RP_NAME(rp_encode_normal_)(RP_NAME(rp_vector_) n) {
-    const RP_FLOATS scale = 1.0f / (fabs(n.x) + fabs(n.y) + fabs(n.z));
+    const RP_FLOATS scale = rp_div(1.0f, fabs(n.x) + fabs(n.y) + fabs(n.z));
     const RP_FLOATS u = n.x * scale, v = n.y * scale;
     const RP_FLOATS x = n.z < 0.0f ? copysign(1.0f - fabs(v), u) : u, y = n.z < 0.0f ? copysign(1.0f - fabs(u), v) : v;
     const RP_UINTS i = RP_AS_UINTS(RP_TO_NEAREST_INTS(rp_min(rp_max(x, -1.0f), 1.0f) * 32767.0f));
@@ -31,7 +31,7 @@ static inline RP_NAME(rp_vector_) RP_NAME(rp_octahedron_point_)(RP_UINTS code) {
 
 static inline RP_NAME(rp_vector_) RP_NAME(rp_decode_normal_)(RP_UINTS code) {
     const RP_NAME(rp_vector_) p = RP_NAME(rp_octahedron_point_)(code);
-    return RP_NAME(rp_times_)(p, 1.0f / sqrt(RP_NAME(rp_dot_)(p, p)));
+    return RP_NAME(rp_times_)(p, rp_rsqrt(RP_NAME(rp_dot_)(p, p)));
 }
 
 #include "common/end_lanes.cl"

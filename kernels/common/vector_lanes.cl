@@ -50,7 +50,7 @@ static inline RP_FLOATS RP_NAME(rp_largest_)(RP_NAME(rp_vector_) v) { return rp_
 static inline RP_NAME(rp_vector_) RP_NAME(rp_unit_vector_)(RP_NAME(rp_vector_) v) {
     const RP_UINTS exponent = RP_AS_UINTS(RP_NAME(rp_largest_)(v)) & 0x7f800000u;
     const RP_FLOATS scale = RP_AS_FLOATS(0x7f000000u - exponent);
-    const RP_FLOATS x = v.x * scale, y = v.y * scale, z = v.z * scale, inverse = 1.0f / sqrt(x * x + y * y + z * z);
+    const RP_FLOATS x = v.x * scale, y = v.y * scale, z = v.z * scale, inverse = rp_rsqrt(x * x + y * y + z * z);
     const RP_NAME(rp_vector_) r = {x * inverse, y * inverse, z * inverse};
     return r;
 }

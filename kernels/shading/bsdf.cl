@@ -53,7 +53,7 @@ static inline float3 rp_bsdf_evaluate(RP_MATERIAL_SPACE const rp_material* m, co
     *density = 0.0f;
     const float3 v = rp_to_local(f, rp_float3(f->view)), l = rp_to_local(f, direction);
     if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, rp_float3(f->geometric_normal)) <= 0.0f) return (float3)(0.0f);
-    const float3 h = normalize(v + l);
+    const float3 h = rp_normalize(v + l);
     const rp_roughness alpha = rp_roughness_of(m);
     const float d = rp_ggx_d(h, alpha), lambda_v = rp_ggx_lambda(v, alpha), lambda_l = rp_ggx_lambda(l, alpha);
     *density = d / ((1.0f + lambda_v) * 4.0f * v.z);
@@ -105,7 +105,7 @@ static inline rp_scatter rp_bsdf_sample(RP_MATERIAL_SPACE const rp_material* m, 
         // A bent shading normal can send the ray to the wrong side of the surface.
         if ((dot(r.direction, rp_float3(f->geometric_normal)) > 0.0f) == r.transmitted) r.weight = (float3)(0.0f);
     }
-    r.direction = normalize(r.direction);
+    r.direction = rp_normalize(r.direction);
     return r;
 }
 

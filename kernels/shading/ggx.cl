@@ -70,7 +70,7 @@ static inline float2 rp_sample_disk(float u, float v) {
 
 // Heitz 2018, "Sampling the GGX Distribution of Visible Normals".
 static inline float3 rp_ggx_sample_normal(float3 v, rp_roughness alpha, float u0, float u1) {
-    const float3 s = normalize((float3)(RP_ALONG(alpha) * v.x, RP_ACROSS(alpha) * v.y, v.z));
+    const float3 s = rp_normalize((float3)(RP_ALONG(alpha) * v.x, RP_ACROSS(alpha) * v.y, v.z));
     const float length2 = s.x * s.x + s.y * s.y;
     const float3 t1 = length2 > 0.0f ? (float3)(-s.y, s.x, 0.0f) * rp_rsqrt(length2) : (float3)(1.0f, 0.0f, 0.0f);
     const float3 t2 = cross(s, t1);
@@ -78,7 +78,7 @@ static inline float3 rp_ggx_sample_normal(float3 v, rp_roughness alpha, float u0
     const float blend = 0.5f * (1.0f + s.z);
     p.y = (1.0f - blend) * sqrt(fmax(0.0f, 1.0f - p.x * p.x)) + blend * p.y;
     const float3 n = p.x * t1 + p.y * t2 + sqrt(fmax(0.0f, 1.0f - p.x * p.x - p.y * p.y)) * s;
-    return normalize((float3)(RP_ALONG(alpha) * n.x, RP_ACROSS(alpha) * n.y, fmax(1e-6f, n.z)));
+    return rp_normalize((float3)(RP_ALONG(alpha) * n.x, RP_ACROSS(alpha) * n.y, fmax(1e-6f, n.z)));
 }
 
 #endif

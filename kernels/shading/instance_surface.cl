@@ -19,7 +19,8 @@ static inline float rp_move_to_world(const __global rp_instance* instance, float
     // The rows lead into the object; the columns of their inverse, times its determinant, lead back.
     const float3 x = rp_load3(instance->to_object), y = rp_load3(instance->to_object + 3), z = rp_load3(instance->to_object + 6);
     const float3 back_x = rp_cross_unfused(y, z), back_y = rp_cross_unfused(z, x), back_z = rp_cross_unfused(x, y);
-    const float determinant = rp_add(rp_add(rp_mul(x.x, back_x.x), rp_mul(x.y, back_x.y)), rp_mul(x.z, back_x.z)), inverse = 1.0f / determinant;
+    const float determinant = rp_add(rp_add(rp_mul(x.x, back_x.x), rp_mul(x.y, back_x.y)), rp_mul(x.z, back_x.z)),
+                inverse = rp_div(1.0f, determinant);
     const float3 center = rp_load3(instance->center), from_base = s->position - base;
     const float3 part_x = rp_scaled(rp_mul(from_base.x, inverse), back_x), part_y = rp_scaled(rp_mul(from_base.y, inverse), back_y);
     const float3 part_z = rp_scaled(rp_mul(from_base.z, inverse), back_z);
@@ -47,7 +48,7 @@ static inline float rp_move_to_world(const __global rp_instance* instance, float
     s->geometric_normal = code;
 #ifdef RP_UVS
     // An area grows by what the normal does, over the determinant.
-    const float grows = rp_mul(sqrt(rp_squared_length(normal)), fabs(inverse)), density = s->density / sqrt(grows);
+    const float grows = rp_mul(rp_sqrt(rp_squared_length(normal)), fabs(inverse)), density = rp_div(s->density, rp_sqrt(grows));
     s->density = grows > 0.0f && density <= FLT_MAX ? density : 0.0f;
 #ifdef RP_TANGENTS
     if (s->tangent != RP_NONE) {

@@ -5,6 +5,7 @@
 #ifndef RP_LAYERS_CL
 #define RP_LAYERS_CL
 
+#include "common/noinline.cl"
 #include "shading/bsdf.cl"
 
 // What has been chosen at a vertex on a layered material.
@@ -83,7 +84,7 @@ static inline float3 rp_beyond(float3 w, float eta) {
 // The metal under a coat: BSDF * cosine, and density. Seen and lit through a smooth interface; what is reflected between the two is summed up as if
 // the metal were smooth.
 static inline float3 rp_metal_base(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float* density) {
-    const float3 v = rp_beyond(r->view, r->eta), w = rp_beyond(l, r->eta), h = normalize(v + w);
+    const float3 v = rp_beyond(r->view, r->eta), w = rp_beyond(l, r->eta), h = rp_normalize(v + w);
     const rp_roughness alpha = rp_base_roughness_of(m);
     const float d = rp_facets(h, alpha), lambda_v = rp_ggx_lambda(v, alpha), lambda_l = rp_ggx_lambda(w, alpha);
     const float spread = l.z / (r->eta * r->eta * w.z);  // solid angle there over that here
@@ -114,7 +115,7 @@ static inline float3 rp_diffuse_base(RP_MATERIAL_SPACE const rp_material* m, con
 
 // The lobes above the surface that are spread; r->glossy: of the density.
 static inline float3 rp_layers_above(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float* density) {
-    const float3 v = r->view, h = normalize(v + l);
+    const float3 v = r->view, h = rp_normalize(v + l);
     float base = l.z * RP_INV_PI;
     float3 value = m->flags & RP_MATERIAL_METAL_BASE ? rp_metal_base(m, r, l, &base) : rp_diffuse_base(m, r, l, h);
     float glossy = 0.0f;
@@ -140,7 +141,7 @@ static inline float3 rp_layers_below(RP_MATERIAL_SPACE const rp_material* m, con
     float3 value = rp_rgb(m->transmittance) * diffuse;
     float glossy = 0.0f;
     if (m->alpha > 0.0f && r->glossy > 0.0f) {
-        float3 h = normalize(r->view + r->eta * l);
+        float3 h = rp_normalize(r->view + r->eta * l);
         if (h.z < 0.0f) h = -h;
         const float v_h = dot(r->view, h), l_h = dot(l, h);
         if (v_h > 0.0f && l_h < 0.0f) {
@@ -157,8 +158,8 @@ static inline float3 rp_layers_below(RP_MATERIAL_SPACE const rp_material* m, con
 
 // BSDF * cosine over the probability of the side, and the density with which a direction on this side is sampled; without the lobes of a single
 // direction.
-static inline float3 rp_layers_evaluate(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, const rp_layers* r, float3 direction,
-                                        float* density) {
+static RP_NOINLINE float3 rp_layers_evaluate(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, const rp_layers* r, float3 direction,
+                                             float* density) {
     *density = 0.0f;
     const float3 l = rp_to_local(f, direction);
     const bool below = l.z < 0.0f;
@@ -221,7 +222,7 @@ static inline rp_scatter rp_layers_sample(RP_MATERIAL_SPACE const rp_material* m
     float3 weight = (float3)(0.0f);
     const float3 l = rp_layers_direction(m, r, u, &single, &weight);
     if (l.z == 0.0f || (l.z < 0.0f) != r->below) return s;
-    s.direction = normalize(rp_to_world(f, l));
+    s.direction = rp_normalize(rp_to_world(f, l));
     if ((dot(s.direction, rp_float3(f->geometric_normal)) < 0.0f) != r->below) return s;
     if (single) {
         s.weight = weight / (r->side * r->single);

@@ -31,9 +31,8 @@ static inline RP_FLOATS RP_NAME(rp_mis_weight_)(RP_FLOATS density, RP_FLOATS oth
 // light comes in, if what it gives is in proportion to the cosine, or 0. The words of rp_light are
 // taken as they lie: p and kind, e1 and flags, e2 and area, radiance and probability.
 // Long, since in two pieces LLVM no longer inlines it where there is one lane.
-static inline RP_NAME(rp_light_sample_)
-    RP_NAME(rp_sample_light_facing_)(const __global rp_light* lights, const __global uint* steps, uint light_count, RP_NAME(rp_vector_) point,
-                                     RP_NAME(rp_vector_) toward, RP_NAME(rp_numbers_) bits) {
+static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
+                                                                  RP_NAME(rp_vector_) point, RP_NAME(rp_vector_) toward, RP_NAME(rp_numbers_) bits) {
     uint number[RP_LANES], word[16][RP_LANES];
     float along[RP_LANES];
     RP_STORE(bits.x, number);
@@ -161,12 +160,6 @@ static inline RP_NAME(rp_light_sample_)
     const RP_FLOATS weight = (surface | infinite) ? found : distant ? probability : probability * distance * distance;
     s.radiance = RP_NAME(rp_times_)(radiance, weight > 0.0f ? 1.0f / weight : (RP_FLOATS)(0.0f));
     return s;
-}
-
-static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
-                                                                  RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
-    const RP_NAME(rp_vector_) all_around = {(RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f)};
-    return RP_NAME(rp_sample_light_facing_)(lights, steps, light_count, point, all_around, bits);
 }
 
 #include "common/end_lanes.cl"

@@ -35,7 +35,7 @@ static inline float rp_light_importance(const __global uint* node, float3 place)
     const uint4 sphere = vload4(0, node), lights = vload4(1, node);
     const float x = place.x - as_float(sphere.x), y = place.y - as_float(sphere.y), z = place.z - as_float(sphere.z), radius = as_float(sphere.w);
     const float squared = x * x + y * y + z * z, squared_radius = radius * radius, nearest = rp_max(RP_LIGHT_NEAREST * squared_radius, 1e-30f);
-    const float inverse = 1.0f / sqrt(rp_max(squared, nearest)), most = as_float(lights.x) * inverse * inverse;
+    const float inverse = rp_rsqrt(rp_max(squared, nearest)), most = as_float(lights.x) * inverse * inverse;
     if (squared <= squared_radius) return most;
     const int axis = (int)lights.y;
     const float along = (float)(axis << 22 >> 22) * x + (float)(axis << 12 >> 22) * y + (float)(axis << 2 >> 22) * z;
@@ -56,7 +56,7 @@ static inline float rp_light_facing(const __global uint* node, float3 place, flo
     const float x = as_float(sphere.x) - place.x, y = as_float(sphere.y) - place.y, z = as_float(sphere.z) - place.z, radius = as_float(sphere.w);
     const float squared = x * x + y * y + z * z;
     if (squared <= radius * radius) return 1.0f;
-    const float inverse = 1.0f / sqrt(rp_max(squared, 1e-30f)), cosine = (normal.x * x + normal.y * y + normal.z * z) * inverse;
+    const float inverse = rp_rsqrt(rp_max(squared, 1e-30f)), cosine = (normal.x * x + normal.y * y + normal.z * z) * inverse;
     const float within_sine = rp_min(1.0f, radius * inverse), within = sqrt(1.0f - within_sine * within_sine);
     const float nearest = cosine * within + sqrt(rp_max(0.0f, 1.0f - cosine * cosine)) * within_sine;
     return cosine >= within ? 1.0f : rp_max(RP_LIGHT_LEAST_FACING, nearest);

@@ -48,7 +48,7 @@ static inline bool rp_see_sky(const rp_textures* t, __constant rp_render_params*
     return true;
 }
 
-// The light that a vertex connects to, if that is the sky, or RP_NONE; by the same numbers as rp_sample_light_facing. along: as of rp_choose_light.
+// The light that a vertex connects to, if that is the sky, or RP_NONE; by the same numbers as rp_sample_light. along: as of rp_choose_light.
 static inline uint rp_chosen_sky(const rp_textures* t, __constant rp_render_params* params, const rp_numbers_1* bits, float* along) {
     const __global uint* steps = t->light_steps;
     const float fine = rp_unit_1(bits->z);

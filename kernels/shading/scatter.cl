@@ -4,7 +4,6 @@
 #ifndef RP_SCATTER_CL
 #define RP_SCATTER_CL
 
-#include "common/noinline.cl"
 #include "shading/bsdf.cl"
 #ifdef RP_LAYERED
 #include "shading/layers.cl"
@@ -45,99 +44,127 @@ static inline void rp_connect_to_light(const rp_vertex_1* vertex, const rp_light
     out->shadow = out->light.x > 0.0f || out->light.y > 0.0f || out->light.z > 0.0f;
 }
 
-// The frame at a vertex. Where roughness has a direction, that is the way in which u grows, made perpendicular to the normal (as in pbrt, Pharr,
-// Jakob, Humphreys 2023, chapter 3.10); on a sphere it is around its axis. Where neither says anything, the geometric normal decides.
-static inline rp_frame_1 rp_frame_at(RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex) {
-    rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
 #ifdef RP_ANISOTROPIC
-    if (!rp_is_anisotropic(material)) return frame;
-    const float3 n = rp_float3(frame.normal);
+// Turns the frame at a vertex to where roughness has a direction: to the way in which u grows, made perpendicular to the normal (as in pbrt, Pharr,
+// Jakob, Humphreys 2023, chapter 3.10); on a sphere around its axis. Where neither says anything, the geometric normal decides.
+static inline void rp_turn_frame(RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_frame_1* frame) {
+    const float3 n = rp_float3(frame->normal);
     float3 along;
     if (vertex->tangent != RP_NONE)
         along = rp_decode_normal(vertex->tangent);
     else if (RP_SPHERE_AXIS(*material) != 0u)
-        along = cross(rp_decode_normal(~RP_SPHERE_AXIS(*material)), rp_float3(frame.geometric_normal));
+        along = cross(rp_decode_normal(~RP_SPHERE_AXIS(*material)), rp_float3(frame->geometric_normal));
     else
         along = rp_float3(rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->geometric_normal).tangent);
     along -= dot(along, n) * n;
     const float length2 = dot(along, along);
-    if (length2 < 1e-12f) return frame;
+    if (length2 < 1e-12f) return;
     along /= sqrt(length2);
-    frame.tangent = rp_vector_of(along);
-    frame.bitangent = rp_vector_of(cross(n, along));
-#endif
-    return frame;
+    frame->tangent = rp_vector_of(along);
+    frame->bitangent = rp_vector_of(cross(n, along));
 }
+#endif
 
-// As rp_scatter_diffuse_1, at surfaces of other materials.
-static inline void rp_scatter_special(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                      RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
-    const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
-    const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const rp_frame_1 frame = rp_frame_at(material, vertex);
-    const rp_vector_1 away = rp_times_1(frame.geometric_normal, vertex->offset);
+static inline float4 rp_units(rp_numbers_1 bits) { return (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), rp_unit_1(bits.z), rp_unit_1(bits.w)); }
+
+#if RP_SHADE_LANES == 16
+// Sixteen vertices on diffuse surfaces.
+static inline void rp_scatter_diffuse_16(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                         const rp_vertex_16* vertex, rp_departure_16* out) {
+    const rp_scatter_numbers_16 numbers = rp_scatter_numbers_of_16(params, vertex);
+    const rp_frame_16 frame = rp_make_frame_16(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
+    out->start = rp_plus_16(vertex->position, rp_times_16(frame.geometric_normal, vertex->offset));
+    out->throughput = vertex->throughput;
+    rp_choose_rays_16(params, (int16)(params->light_count != 0u ? -1 : 0), numbers.bsdf.w, out);
+    const rp_vector_16 reflected = rp_product_16(out->throughput, vertex->reflectance);
+    const rp_vector_16 none = {(float16)(0.0f), (float16)(0.0f), (float16)(0.0f)};
+    out->light = out->light_direction = none;
+    out->light_reach = (float16)(0.0f);
+    if (any(out->shadow)) {
+        const rp_light_sample_16 light = rp_sample_light_16(lights, light_steps, params->light_count, out->start, frame.normal, numbers.light);
+        rp_connect_diffuse_16(vertex, &frame, &light, reflected, out);
+    }
+    rp_leave_diffuse_16(vertex, &frame, numbers.bsdf, reflected, out);
+    rp_survive_16(vertex->depth, rp_unit_16(numbers.light.w), out);
+}
+#endif
+
+// One vertex, of any material; with RP_SHADE_LANES = 16 of any that is not diffuse. What all materials need is done by all together: the work-items
+// of a GPU part less often, and its code is there once.
+static inline void rp_scatter_1(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
+    const rp_scatter_numbers_1 numbers = rp_scatter_numbers_of_1(params, vertex);
+    const rp_numbers_1 bits = numbers.bsdf;
+    rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
+#if RP_SHADE_LANES == 16
+    const bool diffuse = false;
+#else
+    const bool diffuse = material->kind == RP_MATERIAL_DIFFUSE;
+#endif
+#ifdef RP_ANISOTROPIC
+    if (!diffuse && rp_is_anisotropic(material)) rp_turn_frame(material, vertex, &frame);
+#endif
+    float offset = vertex->offset;
+    bool single = !diffuse && rp_is_specular(material), connects = !single;  // single: all it scatters goes in single directions
+#ifdef RP_LAYERED
+    const bool layered = material->kind == RP_MATERIAL_LAYERED;
+    rp_layers layers;
+    if (layered) {
+        layers = rp_choose_layers(material, &frame, rp_float3(vertex->reflectance), rp_unit_1(bits.z));
+        if (layers.below) offset = -offset;
+        single = layers.single >= 1.0f;
+        connects = layers.side > 0.0f && !single;
+    }
+#endif
+    const rp_vector_1 away = rp_times_1(frame.geometric_normal, offset);
     out->start = rp_plus_1(vertex->position, away);
     out->throughput = vertex->throughput;
-    rp_choose_rays_1(params, params->light_count != 0u && !rp_is_specular(material), bits.w, out);
+    rp_choose_rays_1(params, params->light_count != 0u && connects, bits.w, out);
+    const rp_vector_1 reflected = rp_product_1(out->throughput, vertex->reflectance);  // where it is diffuse
     if (out->shadow) {
-        const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
-        float density;
-        const float3 reflected = rp_bsdf_evaluate(material, &frame, rp_float3(light.direction), &density);
-        rp_connect_to_light(vertex, &light, reflected, density, out);
+        const rp_vector_1 all_around = {0.0f, 0.0f, 0.0f};
+        const rp_light_sample_1 light =
+            rp_sample_light_1(lights, light_steps, params->light_count, out->start, diffuse ? frame.normal : all_around, numbers.light);
+        if (diffuse)
+            rp_connect_diffuse_1(vertex, &frame, &light, reflected, out);
+        else {
+            float density;
+#ifdef RP_LAYERED
+            const float3 scattered = layered ? rp_layers_evaluate(material, &frame, &layers, rp_float3(light.direction), &density)
+                                             : rp_bsdf_evaluate(material, &frame, rp_float3(light.direction), &density);
+#else
+            const float3 scattered = rp_bsdf_evaluate(material, &frame, rp_float3(light.direction), &density);
+#endif
+            rp_connect_to_light(vertex, &light, scattered, density, out);
+        }
     }
     if (!out->go_on) return;
-    const float4 numbers = (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), rp_unit_1(bits.z), rp_unit_1(bits.w));
-    const rp_scatter scatter = rp_bsdf_sample(material, &frame, numbers);
-    out->direction = rp_vector_of(scatter.direction);
-    out->density = scatter.density;
-    out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));
-    out->refraction = vertex->refraction;
-    if (scatter.transmitted) {
+    if (diffuse)
+        rp_leave_diffuse_1(vertex, &frame, bits, reflected, out);
+    else {
+#ifdef RP_LAYERED
+        const rp_scatter scatter = layered ? rp_layers_sample(material, &frame, &layers, (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), 0.0f, 0.0f))
+                                           : rp_bsdf_sample(material, &frame, rp_units(bits));
+        const bool crosses = scatter.transmitted && !layered;
+        const int change = layered ? rp_refraction(layers.eta) : frame.back_facing ? -rp_refraction(material->ior) : rp_refraction(material->ior);
+#else
+        const rp_scatter scatter = rp_bsdf_sample(material, &frame, rp_units(bits));
+        const bool crosses = scatter.transmitted;
+        const int change = frame.back_facing ? -rp_refraction(material->ior) : rp_refraction(material->ior);
+#endif
+        out->direction = rp_vector_of(scatter.direction);
+        out->density = scatter.density;
+        out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));
+        out->refraction =
+            scatter.transmitted ? clamp(vertex->refraction + change, -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION) : vertex->refraction;
         // Both rays of a vertex begin at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
-        out->start = rp_minus_1(vertex->position, away);
-        const int change = rp_refraction(material->ior);
-        out->refraction = clamp(vertex->refraction + (frame.back_facing ? -change : change), -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION);
+        if (crosses) out->start = rp_minus_1(vertex->position, away);
     }
     // Specular surfaces make no connection: what comes next is all that a path brings from there. But one between mirrors ends some day.
-    if (rp_is_specular(material) && vertex->depth < RP_MAX_SPARED)
+    if (single && vertex->depth < RP_MAX_SPARED)
         out->go_on = out->throughput.x > 0.0f || out->throughput.y > 0.0f || out->throughput.z > 0.0f;
     else
-        rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
+        rp_survive_1(vertex->depth, rp_unit_1(numbers.light.w), out);
 }
-
-#ifdef RP_LAYERED
-// The same at layered materials.
-static RP_NOINLINE void rp_scatter_layered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                           RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
-    const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
-    const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const rp_frame_1 frame = rp_frame_at(material, vertex);
-    const rp_layers layers = rp_choose_layers(material, &frame, rp_float3(vertex->reflectance), rp_unit_1(bits.z));
-    const rp_vector_1 away = rp_times_1(frame.geometric_normal, layers.below ? -vertex->offset : vertex->offset);
-    out->start = rp_plus_1(vertex->position, away);
-    out->throughput = vertex->throughput;
-    rp_choose_rays_1(params, params->light_count != 0u && layers.side > 0.0f && layers.single < 1.0f, bits.w, out);
-    if (out->shadow) {
-        const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
-        float density;
-        const float3 scattered = rp_layers_evaluate(material, &frame, &layers, rp_float3(light.direction), &density);
-        rp_connect_to_light(vertex, &light, scattered, density, out);
-    }
-    if (!out->go_on) return;
-    const rp_scatter scatter = rp_layers_sample(material, &frame, &layers, (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), 0.0f, 0.0f));
-    out->direction = rp_vector_of(scatter.direction);
-    out->density = scatter.density;
-    out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));
-    out->refraction = vertex->refraction;
-    if (scatter.transmitted) {
-        const int change = rp_refraction(layers.eta);
-        out->refraction = clamp(vertex->refraction + change, -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION);
-    }
-    if (layers.single >= 1.0f && vertex->depth < RP_MAX_SPARED)
-        out->go_on = out->throughput.x > 0.0f || out->throughput.y > 0.0f || out->throughput.z > 0.0f;
-    else
-        rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
-}
-#endif
 
 #endif

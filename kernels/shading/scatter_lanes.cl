@@ -51,46 +51,47 @@ static inline void RP_NAME(rp_survive_)(RP_UINTS depth, RP_FLOATS number, RP_NAM
     out->throughput = RP_NAME(rp_times_)(out->throughput, survival > 0.0f ? 1.0f / survival : (RP_FLOATS)(0.0f));
 }
 
-// At a diffuse surface.
-static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* params, const __global rp_light* lights,
-                                                const __global uint* light_steps, const RP_NAME(rp_vertex_)* vertex, RP_NAME(rp_departure_)* out) {
-    const RP_NAME(rp_numbers_) light_bits =
-        RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
-    const RP_NAME(rp_numbers_) bits = RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const RP_NAME(rp_frame_) frame = RP_NAME(rp_make_frame_)(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
-    const RP_INTS faces = RP_NAME(rp_dot_)(frame.normal, frame.view) > 0.0f;
-    out->start = RP_NAME(rp_plus_)(vertex->position, RP_NAME(rp_times_)(frame.geometric_normal, vertex->offset));
-    out->throughput = vertex->throughput;
-    RP_NAME(rp_choose_rays_)(params, (RP_INTS)(params->light_count != 0u ? -1 : 0), bits.w, out);
-    const RP_NAME(rp_vector_) reflected = RP_NAME(rp_product_)(out->throughput, vertex->reflectance);
-    const RP_NAME(rp_vector_) none = {(RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f)};
-    out->light = out->light_direction = none;
-    out->light_reach = (RP_FLOATS)(0.0f);
-    if (RP_ANY(out->shadow)) {
-        const RP_NAME(rp_light_sample_) light =
-            RP_NAME(rp_sample_light_facing_)(lights, light_steps, params->light_count, out->start, frame.normal, light_bits);
-        const RP_FLOATS cosine = RP_NAME(rp_dot_)(light.direction, frame.normal), density = cosine * RP_INV_PI;
-        const RP_INTS lit = faces & (cosine > 0.0f) & (RP_NAME(rp_dot_)(light.direction, frame.geometric_normal) > 0.0f);
-        const RP_FLOATS weight = light.density > 0.0f ? RP_NAME(rp_mis_weight_)(light.density, density) : (RP_FLOATS)(1.0f);
-        out->light = RP_NAME(rp_times_)(RP_NAME(rp_product_)(reflected, light.radiance), density * weight);
+// Random numbers of a vertex.
+typedef struct RP_NAME(rp_scatter_numbers_) {
+    RP_NAME(rp_numbers_) light, bsdf;
+} RP_NAME(rp_scatter_numbers_);
+static inline RP_NAME(rp_scatter_numbers_) RP_NAME(rp_scatter_numbers_of_)(__constant rp_render_params* params, const RP_NAME(rp_vertex_)* vertex) {
+    const RP_NAME(rp_scatter_numbers_) numbers = {
+        RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed),
+        RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed)};
+    return numbers;
+}
+
+// The shadow ray from a diffuse surface to a light. reflected: throughput times reflectance.
+static inline void RP_NAME(rp_connect_diffuse_)(const RP_NAME(rp_vertex_)* vertex, const RP_NAME(rp_frame_)* frame,
+                                                const RP_NAME(rp_light_sample_)* light, RP_NAME(rp_vector_) reflected, RP_NAME(rp_departure_)* out) {
+    const RP_INTS faces = RP_NAME(rp_dot_)(frame->normal, frame->view) > 0.0f;
+    const RP_FLOATS cosine = RP_NAME(rp_dot_)(light->direction, frame->normal), density = cosine * RP_INV_PI;
+    const RP_INTS lit = faces & (cosine > 0.0f) & (RP_NAME(rp_dot_)(light->direction, frame->geometric_normal) > 0.0f);
+    const RP_FLOATS weight = light->density > 0.0f ? RP_NAME(rp_mis_weight_)(light->density, density) : (RP_FLOATS)(1.0f);
+    out->light = RP_NAME(rp_times_)(RP_NAME(rp_product_)(reflected, light->radiance), density * weight);
 #ifdef RP_SKY_PAGED
-        out->light = RP_NAME(rp_product_)(out->light, vertex->sky);
+    out->light = RP_NAME(rp_product_)(out->light, vertex->sky);
 #endif
-        out->light_direction = light.direction;
-        out->light_reach = light.reach;
-        out->shadow &= lit & ((out->light.x > 0.0f) | (out->light.y > 0.0f) | (out->light.z > 0.0f));
-    }
+    out->light_direction = light->direction;
+    out->light_reach = light->reach;
+    out->shadow &= lit & ((out->light.x > 0.0f) | (out->light.y > 0.0f) | (out->light.z > 0.0f));
+}
+
+// The extension ray from there.
+static inline void RP_NAME(rp_leave_diffuse_)(const RP_NAME(rp_vertex_)* vertex, const RP_NAME(rp_frame_)* frame, RP_NAME(rp_numbers_) bits,
+                                              RP_NAME(rp_vector_) reflected, RP_NAME(rp_departure_)* out) {
+    const RP_INTS faces = RP_NAME(rp_dot_)(frame->normal, frame->view) > 0.0f;
     const RP_FLOATS u = RP_NAME(rp_unit_)(bits.x), r = sqrt(u);
     RP_FLOATS sine, cosine;
     RP_NAME(rp_sincos_turns_)(RP_NAME(rp_unit_)(bits.y), &sine, &cosine);
     const RP_NAME(rp_vector_) upward = {r * cosine, r * sine, sqrt(1.0f - u)};
-    const RP_NAME(rp_vector_) direction = RP_NAME(rp_to_world_)(&frame, upward);
-    out->direction = RP_NAME(rp_times_)(direction, 1.0f / sqrt(RP_NAME(rp_dot_)(direction, direction)));
+    const RP_NAME(rp_vector_) direction = RP_NAME(rp_to_world_)(frame, upward);
+    out->direction = RP_NAME(rp_times_)(direction, rp_rsqrt(RP_NAME(rp_dot_)(direction, direction)));
     out->density = upward.z * RP_INV_PI;
     out->throughput = reflected;
     out->refraction = vertex->refraction;
-    out->go_on &= faces & (upward.z > 0.0f) & (RP_NAME(rp_dot_)(out->direction, frame.geometric_normal) > 0.0f);
-    RP_NAME(rp_survive_)(vertex->depth, RP_NAME(rp_unit_)(light_bits.w), out);
+    out->go_on &= faces & (upward.z > 0.0f) & (RP_NAME(rp_dot_)(out->direction, frame->geometric_normal) > 0.0f);
 }
 
 #include "common/end_lanes.cl"

@@ -67,14 +67,19 @@ static inline uint rp_shade_entry(const rp_shade_queue* queue, uint i) {
     return rp_extend_entry(queue->rays, i);
 }
 
-// A path ends here.
+// A path ends here. Called in one place as far as can be: adding a sample takes much code.
 static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
                                float3 radiance) {
     rp_add_sample(params, paths, slot, film, pixel, radiance);
     rp_free_slot(paths, slot);
 }
 
-// A path that has come to a surface from which it may go on. status: of its slot when it came.
+// What becomes of a path.
+#define RP_PATH_SCATTERS 0u  // at the surface that it has come to
+#define RP_PATH_ENDS 1u      // its radiance is known
+#define RP_PATH_GOES_ON 2u   // its next ray, or what it waits for, is in its slot
+
+// A path that has come to a surface from which it may go on; of one that ends, slot, radiance and the pixel alone. status: of its slot when it came.
 typedef struct rp_reached_vertex {
     uint slot, status;
 #if defined(RP_TEXTURES) || defined(RP_TRAITS)
@@ -147,15 +152,13 @@ static inline void rp_pass(const rp_paths* paths, uint slot, uint status, const 
 }
 
 // The shadow ray of a path has come to its end.
-static inline void rp_end_shadow(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint status, const rp_arrival* a,
-                                 bool occluded, __global uint* film) {
-    float3 radiance;
-    if (!rp_end_shadow_as_extension(paths, slot, status, a, occluded, &radiance)) rp_end_path(params, paths, slot, film, a->pixel, radiance);
+static inline uint rp_end_shadow(const rp_paths* paths, uint status, const rp_arrival* a, bool occluded, rp_reached_vertex* reached) {
+    return rp_end_shadow_as_extension(paths, reached->slot, status, a, occluded, &reached->radiance) ? RP_PATH_GOES_ON : RP_PATH_ENDS;
 }
 #endif
 
-// Adds what shines at the end of a ray. False: the path has ended.
-static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
+// Adds what shines at the end of a ray.
+static inline uint rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
                              const __global rp_light* lights, const __global uint* light_steps, const __global rp_primitive_range* ranges,
                              const rp_paths* paths, uint slot, uint status, bool resumed, __global uint* film, rp_reached_vertex* reached) {
 #ifdef RP_SHORT_STATES
@@ -175,35 +178,34 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #endif
     float3 radiance = a.radiance;
     const uint depth = rp_depth_of(a.flags), pixel = a.pixel;
+    reached->slot = slot;
+    reached->vertex.pixel = pixel;
     const bool full_emission = rp_was_specular(a.flags);
 
     const __global rp_primitive_range* range = ranges;
     if (a.primitive != RP_NONE) range += rp_find_range(ranges, params->range_count, a.primitive);
 #ifdef RP_CUTOUTS
     const bool cut_out = a.primitive != RP_NONE && (range->flags & RP_RANGE_CUTOUT) != 0u;
-    if (a.shadow && !cut_out) {
-        rp_end_shadow(params, paths, slot, status, &a, a.primitive != RP_NONE, film);
-        return false;
-    }
+    if (a.shadow && !cut_out) return rp_end_shadow(paths, status, &a, a.primitive != RP_NONE, reached);
 #endif
     if (a.primitive == RP_NONE) {
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
             if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(rp_film_pixel(params, film, pixel));
-            rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
-            return false;
+            reached->radiance = (float3)(params->background[0], params->background[1], params->background[2]);
+            return RP_PATH_ENDS;
         }
 #ifdef RP_SKY_PAGED
         float3 seen;
         uint absent;
         if (!rp_see_sky(textures, params, &a, &seen, &absent)) {
             rp_await_page(textures, paths, slot, rp_wait_to_shade(paths, slot, status, &a, 0u), absent);
-            return false;
+            return RP_PATH_GOES_ON;
         }
 #else
         const float3 seen = rp_background(params, lights, light_steps, a.direction, a.bsdf_density, full_emission);
 #endif
-        rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * seen);
-        return false;
+        reached->radiance = radiance + a.throughput * seen;
+        return RP_PATH_ENDS;
     }
 #ifdef RP_TRAITS
     const __global rp_instance_traits* const traits = rp_traits_numbered(ranges, params->range_count, a.traits);
@@ -230,16 +232,13 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #ifdef RP_CUTOUTS
         if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
 #endif
-        if (found != RP_FOUND_MATERIAL) return false;
+        if (found != RP_FOUND_MATERIAL) return RP_PATH_GOES_ON;
     }
 #else
     const uint shading_normal = a.shading_normal;
 #endif
 #ifdef RP_CUTOUTS
-    if (a.shadow) {
-        rp_end_shadow(params, paths, slot, status, &a, true, film);
-        return false;
-    }
+    if (a.shadow) return rp_end_shadow(paths, status, &a, true, reached);
     const float distance = a.passed + a.distance;  // from the vertex
 #else
     const float distance = a.distance;
@@ -254,21 +253,19 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
             radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction,
                                                    distance, a.bsdf_density, full_emission);
     }
+    reached->radiance = radiance;
     const bool ends = depth >= params->max_depth;
 #ifdef RP_FIRST_HIT_LAYERS
-    if (ends && depth > 0u) {
+    if (ends && depth > 0u) return RP_PATH_ENDS;
 #else
-    if (ends) {
+    if (ends) return RP_PATH_ENDS;
 #endif
-        rp_end_path(params, paths, slot, film, pixel, radiance);
-        return false;
-    }
 #ifdef RP_TEXTURES
     const rp_material* material = &reached->own;
 #elif defined(RP_LAYERED)
     const __global rp_material* given = rp_of_mix(params, materials, material_number, pixel, a.sample, depth);
 #else
-const __global rp_material* given = materials + material_number;
+    const __global rp_material* given = materials + material_number;
 #endif
 #if defined(RP_TRAITS) && !defined(RP_TEXTURES)
     reached->own = *given;
@@ -291,10 +288,8 @@ const __global rp_material* given = materials + material_number;
         reached->own.transmittance[2] *= color.z;
     }
 #endif
-    reached->slot = slot;
     reached->status = status;
     reached->material = material;
-    reached->radiance = radiance;
     rp_vertex_1* vertex = &reached->vertex;
     vertex->direction = rp_vector_of(a.direction);
     vertex->throughput = rp_vector_of(a.throughput);
@@ -303,7 +298,6 @@ const __global rp_material* given = materials + material_number;
     vertex->offset = rp_offset_distance(a.offset_exponent);
     vertex->geometric_normal = a.geometric_normal;
     vertex->shading_normal = colored ? a.geometric_normal : shading_normal;
-    vertex->pixel = pixel;
     vertex->sample = a.sample;
     vertex->depth = depth;
     vertex->refraction = rp_refraction_of(a.flags);
@@ -322,22 +316,16 @@ const __global rp_material* given = materials + material_number;
         const uint2 ids = (uint2)(0u);
 #endif
         rp_keep_first_hit(rp_film_pixel(params, film, pixel), &params->camera, paths, slot, vertex, material, distance, ids, material_number);
-        if (ends) {
-            rp_end_path(params, paths, slot, film, pixel, radiance);
-            return false;
-        }
+        if (ends) return RP_PATH_ENDS;
     }
 #endif
-    return true;
+    return RP_PATH_SCATTERS;
 }
 
 // The rays that leave a vertex; the path ends if there is none. status: of the slot so far. mine: counts of bounce rays and shadow rays.
-static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint status, float3 radiance, uint pixel,
-                             uint sample, uint depth, const rp_departure_1* out, __global uint* film, uint* mine) {
-    if (!out->shadow && !out->go_on) {
-        rp_end_path(params, paths, slot, film, pixel, radiance);
-        return;
-    }
+static inline uint rp_depart(const rp_paths* paths, uint slot, uint status, float3 radiance, uint pixel, uint sample, uint depth,
+                             const rp_departure_1* out, uint* mine) {
+    if (!out->shadow && !out->go_on) return RP_PATH_ENDS;
     const bool specular = out->go_on && out->density == 0.0f;
 #ifdef RP_TEXTURES
     // What is scattered spreads (bench/journal/textures.md); what is mirrored or refracted goes on as it came.
@@ -361,20 +349,15 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
         rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
+    return RP_PATH_GOES_ON;
 }
 
-static inline void rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                const rp_reached_vertex* reached, const rp_paths* paths, __global uint* film, uint* mine) {
+static inline uint rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                const rp_reached_vertex* reached, const rp_paths* paths, uint* mine) {
     const rp_vertex_1* vertex = &reached->vertex;
     rp_departure_1 out;
-    if (reached->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
-#ifdef RP_LAYERED
-    else if (reached->material->kind == RP_MATERIAL_LAYERED)
-        rp_scatter_layered(params, lights, light_steps, reached->material, vertex, &out);
-#endif
-    else
-        rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
-    rp_depart(params, paths, reached->slot, reached->status, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);
+    rp_scatter_1(params, lights, light_steps, reached->material, vertex, &out);
+    return rp_depart(paths, reached->slot, reached->status, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, mine);
 }
 
 #if RP_SHADE_LANES == 16
@@ -423,9 +406,10 @@ __kernel RP_NO_MORE_VECTORS void rp_shade(RP_SHADE_PARAMETERS __constant rp_rend
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_shade_entry(&all, i), status = rp_status_of(&paths, slot);
         const bool resumed = i >= all.arrived;
-        if ((rp_is_to_shade(status) || resumed) &&
-            rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, resumed, film, &reached))
-            rp_shade_one(params, lights, light_steps, &reached, &paths, film, mine);
+        if (!rp_is_to_shade(status) && !resumed) continue;
+        uint becomes = rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, resumed, film, &reached);
+        if (becomes == RP_PATH_SCATTERS) becomes = rp_shade_one(params, lights, light_steps, &reached, &paths, mine);
+        if (becomes == RP_PATH_ENDS) rp_end_path(params, &paths, slot, film, reached.vertex.pixel, reached.radiance);
     }
 #endif
     rp_add_totals(totals, mine, 2u, counters + RP_COUNT_BOUNCE_RAYS);

@@ -63,7 +63,7 @@ static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f
 static inline float3 rp_scaled(float s, float3 v) { return (float3)(rp_mul(s, v.x), rp_mul(s, v.y), rp_mul(s, v.z)); }
 static inline float3 rp_sum(float3 a, float3 b) { return (float3)(rp_add(a.x, b.x), rp_add(a.y, b.y), rp_add(a.z, b.z)); }
 static inline float rp_squared_length(float3 v) { return rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)); }
-static inline float3 rp_normalized(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
+static inline float3 rp_normalized(float3 v) { return rp_scaled(rp_div(1.0f, rp_sqrt(rp_squared_length(v))), v); }
 static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
 
 // Where the normals, or the colours, of a leaf's vertices begin, if its block has any.
@@ -103,7 +103,7 @@ static inline uint rp_blend_colors(uint first, uint second, uint third, float b,
     for (uint k = 0u; k < 3u; k++) {
         const float x = (float)(first >> 8u * k & 255u), y = (float)(second >> 8u * k & 255u), z = (float)(third >> 8u * k & 255u);
         const float linear = rp_add(rp_add(rp_mul(a, rp_mul(x, x)), rp_mul(b, rp_mul(y, y))), rp_mul(c, rp_mul(z, z)));
-        const float most = k == 2u ? 1023.0f : 2047.0f, root = rp_mul(sqrt(rp_max(linear, 0.0f)), most / 255.0f);
+        const float most = k == 2u ? 1023.0f : 2047.0f, root = rp_mul(rp_sqrt(rp_max(linear, 0.0f)), most / 255.0f);
         blended |= (uint)rp_min(rp_add(root, 0.5f), most) << 11u * k;
     }
     return blended;
@@ -197,8 +197,8 @@ static inline rp_texture_place rp_triangle_texture(const rp_triangle* triangle, 
     const float3 s1 = rp_scaled(scale, e1), s2 = rp_scaled(scale, e2);
     const float3 normal = (float3)(rp_add(rp_mul(s1.y, s2.z), -rp_mul(s1.z, s2.y)), rp_add(rp_mul(s1.z, s2.x), -rp_mul(s1.x, s2.z)),
                                    rp_add(rp_mul(s1.x, s2.y), -rp_mul(s1.y, s2.x)));
-    const float in_space = sqrt(rp_squared_length(normal)), in_texture = rp_add(rp_mul(d1.x, d2.y), -rp_mul(d1.y, d2.x));
-    const float density = rp_mul(sqrt(fabs(in_texture) / in_space), scale);
+    const float in_space = rp_sqrt(rp_squared_length(normal)), in_texture = rp_add(rp_mul(d1.x, d2.y), -rp_mul(d1.y, d2.x));
+    const float density = rp_mul(rp_sqrt(rp_div(fabs(in_texture), in_space)), scale);
     if (in_space > 0.0f && density <= FLT_MAX) place.density = density;
 #ifdef RP_TANGENTS
     const float3 along = rp_scaled(in_texture < 0.0f ? -1.0f : 1.0f, rp_sum(rp_scaled(d2.y, s1), rp_scaled(-d1.y, s2)));

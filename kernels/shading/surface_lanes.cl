@@ -37,7 +37,7 @@ static inline RP_NAME(rp_vector_) RP_NAME(rp_edge_direction_)(RP_NAME(rp_vector_
     const RP_UINTS exponent = RP_AS_UINTS(RP_NAME(rp_largest_)(v)) & 0x7f800000u;
     const RP_FLOATS scale = RP_AS_FLOATS(0x7f000000u - exponent);
     const RP_FLOATS x = RP_MUL(v.x, scale), y = RP_MUL(v.y, scale), z = RP_MUL(v.z, scale);
-    const RP_FLOATS inverse = 1.0f / sqrt(RP_ADD(RP_ADD(RP_MUL(x, x), RP_MUL(y, y)), RP_MUL(z, z)));
+    const RP_FLOATS inverse = rp_div(1.0f, rp_sqrt(RP_ADD(RP_ADD(RP_MUL(x, x), RP_MUL(y, y)), RP_MUL(z, z))));
     const RP_NAME(rp_vector_) r = {RP_MUL(x, inverse), RP_MUL(y, inverse), RP_MUL(z, inverse)};
     return r;
 }
@@ -59,7 +59,7 @@ static inline RP_NAME(rp_triangle_point_) RP_NAME(rp_point_on_triangle_)(RP_NAME
     const RP_FLOATS mx = fabs(direction.x), my = fabs(direction.y), mz = fabs(direction.z);
     const RP_INTS axis = mx >= rp_max(my, mz) ? (RP_INTS)(0) : my >= mz ? (RP_INTS)(1) : (RP_INTS)(2);
     const RP_NAME(rp_vector_) along = RP_NAME(rp_permute_)(axis, direction);
-    const RP_FLOATS shear_z = 1.0f / along.z, shear_x = RP_MUL(along.x, shear_z), shear_y = RP_MUL(along.y, shear_z);
+    const RP_FLOATS shear_z = rp_div(1.0f, along.z), shear_x = RP_MUL(along.x, shear_z), shear_y = RP_MUL(along.y, shear_z);
     const RP_NAME(rp_vector_) ra = RP_NAME(rp_permute_)(axis, RP_NAME(rp_minus_)(a, origin)),
                               rb = RP_NAME(rp_permute_)(axis, RP_NAME(rp_minus_)(b, origin));
     const RP_NAME(rp_vector_) rc = RP_NAME(rp_permute_)(axis, RP_NAME(rp_minus_)(c, origin));
@@ -67,8 +67,8 @@ static inline RP_NAME(rp_triangle_point_) RP_NAME(rp_point_on_triangle_)(RP_NAME
         RP_NAME(rp_edge_functions_)(ra.x - RP_MUL(shear_x, ra.z), ra.y - RP_MUL(shear_y, ra.z), rb.x - RP_MUL(shear_x, rb.z),
                                     rb.y - RP_MUL(shear_y, rb.z), rc.x - RP_MUL(shear_x, rc.z), rc.y - RP_MUL(shear_y, rc.z));
     const RP_FLOATS total = edges.u + edges.v + edges.w;
-    p.b = edges.v / total;
-    p.c = edges.w / total;
+    p.b = rp_div(edges.v, total);
+    p.c = rp_div(edges.w, total);
     const RP_NAME(rp_vector_) e1 = RP_NAME(rp_minus_)(b, a), e2 = RP_NAME(rp_minus_)(c, a);
     p.position.x = RP_ADD(a.x, RP_ADD(RP_MUL(p.b, e1.x), RP_MUL(p.c, e2.x)));
     p.position.y = RP_ADD(a.y, RP_ADD(RP_MUL(p.b, e1.y), RP_MUL(p.c, e2.y)));

@@ -150,7 +150,7 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
     uint mine[RP_LISTED_KINDS];
 #pragma unroll
     for (uint kind = 0u; kind < RP_LISTED_KINDS; kind++) mine[kind] = 0u;
-#pragma unroll
+#pragma unroll 1
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
         const uint at = k * RP_WAKE_GROUP + item;
         kinds[k] = ~0ul;
@@ -179,7 +179,7 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
 #ifdef RP_TEXTURES
     uint textured = base[4] + mine[RP_KIND_TEXTURED];
 #endif
-#pragma unroll
+#pragma unroll 1
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
         if (k * RP_WAKE_GROUP + item >= awake_count) continue;
         const uint first = RP_SLEEP_GROUP * awake[k * RP_WAKE_GROUP + item];

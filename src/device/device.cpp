@@ -315,11 +315,15 @@ Result<Buffer> Device::allocate_mapped(uint64_t bytes, std::string_view what) {
     return buffer;
 }
 
+// Tells build_options of quick_arithmetic(); kernels do not look at it.
+constexpr const char* quick_arithmetic_option = "-DRP_QUICK_ARITHMETIC";
+
 std::string Device::build_options(const std::string& definitions) const {
     std::string options = "-cl-std=CL1.2 -w";  // PoCL tells people how many warnings there were, but not which
     cl_device_fp_config config = 0;
     device_.getInfo(CL_DEVICE_SINGLE_FP_CONFIG, &config);
-    if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+    const bool quick = definitions.find(quick_arithmetic_option) != std::string::npos;
+    if ((config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && !quick) options += " -cl-fp32-correctly-rounded-divide-sqrt";
     if (is_nvidia()) options += " -DRP_NV_PTX";
     // Whoever marks a block stores the same byte, so it makes no difference who does; a checker of races does not know that.
     if (info_.platform == "Oclgrind") options += " -DRP_ATOMIC_MARKS";
@@ -348,6 +352,8 @@ std::string Device::register_limit(uint32_t registers) const {
     return is_nvidia() && registers > 0 ? fmt::format("-cl-nv-maxrregcount={} ", registers) : "";
 }
 
+std::string Device::quick_arithmetic() const { return is_nvidia() ? fmt::format("{} ", quick_arithmetic_option) : ""; }
+
 Result<cl::Program> Device::program(const KernelName& name) {
     const std::string options = build_options(name.definitions), key = name.stage + " " + options;
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
@@ -362,18 +368,20 @@ Result<cl::Program> Device::program(const KernelName& name) {
 void Device::build_ahead(std::span<const KernelName> kernels) {
     if (profile().build_processes < 2 || !has_kernel_builder() || !more_sources_.empty()) return;
     std::set<std::string> seen;
-    std::vector<const KernelName*> missing;
+    std::vector<KernelProgram> missing;
     for (const KernelName& kernel : kernels) {
         const std::string options = build_options(kernel.definitions);
-        if (seen.insert(kernel.stage + " " + options).second && is_missing(info_, kernel.stage + ".cl", options)) missing.push_back(&kernel);
+        if (!seen.insert(kernel.stage + " " + options).second) continue;
+        if (const auto bytes = missing_text(info_, kernel.stage + ".cl", options)) missing.push_back({kernel.stage, kernel.definitions, *bytes});
     }
     if (missing.size() < 2) return;
     const auto begin = std::chrono::steady_clock::now();
     KernelBuilders builders;
-    const size_t processes = std::min<size_t>(profile().build_processes, missing.size());
-    for (size_t i = 1; i < processes; i++) builders.start(std::to_string(info_.index), missing[i]->stage, missing[i]->definitions);
+    const auto shares = share_programs(std::move(missing), profile().build_processes);
+    for (size_t i = 1; i < shares.size(); i++)
+        if (!shares[i].empty()) builders.start(std::to_string(info_.index), shares[i]);
     const double before = build_seconds_;
-    (void)program(*missing[0]);
+    for (const KernelProgram& mine : shares[0]) (void)program({mine.stage, {}, mine.definitions});
     builders.wait();
     build_seconds_ = before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }

@@ -5,7 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <functional>
 #include <utility>
 
 #include "device/device.hpp"
@@ -17,15 +19,32 @@ namespace {
 
 std::vector<std::string> builder_command;
 
+// Until a driver is open in a process, an H200 compiles a program with a text of about this length (kernels.md).
+constexpr size_t starting_as_bytes = 150000;
+
 }  // namespace
 
 void set_kernel_builder(std::vector<std::string> command) { builder_command = std::move(command); }
 
 bool has_kernel_builder() { return !builder_command.empty(); }
 
-void KernelBuilders::start(const std::string& device, const std::string& stage, const std::string& definitions) {
+std::vector<std::vector<KernelProgram>> share_programs(std::vector<KernelProgram> programs, size_t processes) {
+    std::ranges::stable_sort(programs, std::ranges::greater(), &KernelProgram::text_bytes);
+    std::vector<std::vector<KernelProgram>> shares(processes);
+    std::vector<size_t> bytes(processes, starting_as_bytes);
+    bytes[0] = 0;
+    for (KernelProgram& program : programs) {
+        const auto least = static_cast<size_t>(std::ranges::min_element(bytes) - bytes.begin());
+        bytes[least] += program.text_bytes;
+        shares[least].push_back(std::move(program));
+    }
+    return shares;
+}
+
+void KernelBuilders::start(const std::string& device, std::span<const KernelProgram> programs) {
     std::vector<std::string> command = builder_command;
-    command.insert(command.end(), {device, stage, definitions});
+    command.push_back(device);
+    for (const KernelProgram& program : programs) command.insert(command.end(), {program.stage, program.definitions});
     std::vector<char*> arguments;
     for (std::string& argument : command) arguments.push_back(argument.data());
     arguments.push_back(nullptr);
@@ -46,11 +65,13 @@ void KernelBuilders::wait() {
 }
 
 Status build_kernels(std::span<const std::string> arguments) {
-    if (arguments.size() != 3) return Status::usage("kernels are built by the program itself: DEVICE STAGE DEFINITIONS");
+    if (arguments.size() < 3 || arguments.size() % 2 == 0)
+        return Status::usage("kernels are built by the program itself: DEVICE, then STAGE and DEFINITIONS of each program");
     // The cache is what it is for, also where it is not used by default.
     const auto device = Device::open(arguments[0], 0, {{find_profile_field("cache-kernels"), 1}}, nullptr);
     if (!device) return device.status();
-    return (*device)->build({arguments[1], {}, arguments[2]});
+    for (size_t i = 1; i < arguments.size(); i += 2) RAYPAGER_TRY((*device)->build({arguments[i], {}, arguments[i + 1]}));
+    return {};
 }
 
 }  // namespace raypager

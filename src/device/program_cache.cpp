@@ -145,12 +145,13 @@ Result<cl::Program> build_program(const cl::Context& context, const cl::Device& 
     return program;
 }
 
-bool is_missing(const DeviceInfo& info, const std::string& source, const std::string& options) {
+std::optional<size_t> missing_text(const DeviceInfo& info, const std::string& source, const std::string& options) {
     const auto text = expand_kernel_source(source);
-    if (!text) return false;
+    if (!text) return std::nullopt;
     const std::filesystem::path path = cached_path(info, options, *text);
     std::error_code ignored;
-    return !path.empty() && !std::filesystem::exists(path, ignored);
+    if (path.empty() || std::filesystem::exists(path, ignored)) return std::nullopt;
+    return text->size();
 }
 
 }  // namespace raypager

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CL/opencl.hpp>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -21,7 +22,7 @@ Result<std::string> expand_kernel_source(const std::string& name, std::span<cons
 Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,
                                   const std::string& options, std::span<const KernelSource> more, DeviceHooks& hooks);
 
-// Whether there could be such a program in the cache on disk, and is none.
-bool is_missing(const DeviceInfo& info, const std::string& source, const std::string& options);
+// Of a program that could be in the cache on disk and is not: the length of its text.
+std::optional<size_t> missing_text(const DeviceInfo& info, const std::string& source, const std::string& options);
 
 }  // namespace raypager

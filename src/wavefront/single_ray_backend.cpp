@@ -51,7 +51,9 @@ Status SingleRayBackend::build(const BackendSettings& settings) {
     const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) {
         kernels.push_back({kernel, geometry_.kernel_name(device_, stage, registers, common_tracing + more)});
     };
-    kernels.push_back({shade_, {"shading/shade", "rp_shade", common + settings.shading + (settings.textures ? settings.tracing : "")}});
+    kernels.push_back(
+        {shade_,
+         {"shading/shade", "rp_shade", device_.quick_arithmetic() + common + settings.shading + (settings.textures ? settings.tracing : "")}});
     trace(connect_, "connect", profile.any_hit_registers, "");
     if (persistent_) trace(extend_bounces_, "extend", profile.closest_hit_registers, device_.bounce_definitions());
     trace(extend_, "extend", profile.closest_hit_registers, persistent_ ? device_.camera_definitions() : "");
