@@ -113,7 +113,7 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
 
 // What NVIDIA's compiler and its sub-groups of 32 work-items want beside: gpu-traversal.md.
 void suit_nvidia(DeviceProfile& p) {
-    p.build_processes = 8;  // its compiler takes one program at a time in a process; there are seven (kernels.md)
+    p.build_processes = 4;  // its compiler takes one program at a time in a process; more do not gain (kernels.md)
     // With fewer registers more rays are under way, and more is put down in memory. 64 instead of 72: camera + 2 to + 3 %, bounces + 7 to + 9 %.
     p.closest_hit_registers = 64;
     p.any_hit_registers = 56;  // 48: 2 % slower; 64: the same (gpu-paging.md)
