@@ -17,17 +17,6 @@ static inline float rp_add(float a, float b) {
     asm("add.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
     return r;
 }
-// Rounded correctly, also in kernels that are built without that (Device::quick_arithmetic).
-static inline float rp_div(float a, float b) {
-    float r;
-    asm("div.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
-    return r;
-}
-static inline float rp_sqrt(float x) {
-    float r;
-    asm("sqrt.rn.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
 // Byte k of eight; where k is a constant, and where it is not.
 #define rp_byte(bytes, k) rp_byte_of_word((k) < 4u ? (bytes).x : (bytes).y, 0x4440u | ((k)&3u))
 static inline uint rp_byte_of_word(uint word, uint selector) {
@@ -42,9 +31,9 @@ static inline uint rp_any_byte(uint2 bytes, uint k) {
 }
 #define rp_min(a, b) fmin(a, b)
 #define rp_max(a, b) fmax(a, b)
-// An instruction, where root and division, both rounded correctly, are dozens; for weights and directions, not for what must be exact.
+// An instruction, where root and division, both rounded correctly, are dozens. Not rounded correctly, but the same in all kernels.
 #define rp_rsqrt(x) rsqrt(x)
-// Not normalize, which takes care of vectors of any length: 45 instructions and a dozen branches.
+// Of lengths from 1e-18 to 1e19. normalize takes care of any length: 45 instructions and a dozen branches.
 static inline float3 rp_normalize(float3 v) {
     const float scale = rsqrt(fmax(rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)), 1e-36f));
     return (float3)(rp_mul(v.x, scale), rp_mul(v.y, scale), rp_mul(v.z, scale));
@@ -53,8 +42,6 @@ static inline float3 rp_normalize(float3 v) {
 #pragma OPENCL FP_CONTRACT OFF
 static inline float rp_mul(float a, float b) { return a * b; }
 static inline float rp_add(float a, float b) { return a + b; }
-#define rp_div(a, b) ((a) / (b))
-#define rp_sqrt(x) sqrt(x)
 #define rp_byte(bytes, k) rp_any_byte(bytes, k)
 static inline uint rp_any_byte(uint2 bytes, uint k) { return (k < 4u ? bytes.x >> 8u * k : bytes.y >> (8u * k - 32u)) & 255u; }
 // Comparisons, not fmin: a CPU does them in one instruction.
@@ -63,6 +50,24 @@ static inline uint rp_any_byte(uint2 bytes, uint k) { return (k < 4u ? bytes.x >
 // Not rsqrt, of which Intel's compiler has two, one for kernels that it makes vectors of: they differ in the last bit.
 #define rp_rsqrt(x) (1.0f / sqrt(x))
 static inline float3 rp_normalize(float3 v) { return normalize(v); }
+#endif
+
+// Rounded correctly, also in kernels that are built without that (Device::quick_arithmetic): for what two kernels must agree about, and where a whole
+// divided by itself must be 1.
+#ifdef RP_QUICK_ARITHMETIC
+static inline float rp_div(float a, float b) {
+    float r;
+    asm("div.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
+    return r;
+}
+static inline float rp_sqrt(float x) {
+    float r;
+    asm("sqrt.rn.f32 %0, %1;" : "=f"(r) : "f"(x));
+    return r;
+}
+#else
+#define rp_div(a, b) ((a) / (b))
+#define rp_sqrt(x) sqrt(x)
 #endif
 
 // Grid coordinate (abi/block.h) of the near or far plane of an axis. The selector of an axis says which half of the word is near.
@@ -89,7 +94,7 @@ static inline float rp_grid_far(uint word, uint selector) { return as_float(0x47
 #endif
 
 // 1 / x, with 0 and tiny values replaced by a huge reciprocal that keeps the sign, so that no product with it is NaN.
-static inline float rp_safe_reciprocal(float x) { return rp_div(1.0f, fabs(x) < 1e-18f ? copysign(1e-18f, x) : x); }
+static inline float rp_safe_reciprocal(float x) { return 1.0f / (fabs(x) < 1e-18f ? copysign(1e-18f, x) : x); }
 
 static inline float3 rp_load3(const __global float* p) { return (float3)(p[0], p[1], p[2]); }
 

@@ -54,7 +54,7 @@ static inline rp_placed_ray rp_place_ray(const __global rp_instance* instance, f
 static inline rp_placed_ray rp_place_ray_inside(const __global rp_instance* instance, float3 base, float3 origin, float3 direction) {
     const float3 to_center = rp_load3(instance->center) - origin;
     const float squared = rp_dot_fused(direction, direction);
-    const float start = rp_max(rp_div(rp_dot_fused(to_center, direction) - rp_mul(instance->reach, rp_sqrt(squared)), squared), 0.0f);
+    const float start = rp_max((rp_dot_fused(to_center, direction) - rp_mul(instance->reach, sqrt(squared))) / squared, 0.0f);
     return rp_place_ray_from(start <= FLT_MAX ? start : 0.0f, instance, base, origin, direction);
 }
 static inline float3 rp_base_of(const __global rp_object* objects, const __global rp_instance* instance) {

@@ -73,11 +73,11 @@ static inline float rp_hit_triangle(const rp_ray* ray, const rp_shear* s, const 
 static inline float rp_hit_sphere(const rp_ray* ray, float4 sphere) {
     const float3 f = ray->origin - sphere.xyz, d = ray->direction;
     const float a = dot(d, d), b = -dot(f, d), radius = sphere.w;
-    const float3 l = f + rp_div(b, a) * d;
+    const float3 l = f + (b / a) * d;
     const float discriminant = radius * radius - dot(l, l);
     if (!(discriminant >= 0.0f)) return -1.0f;
-    const float c = dot(f, f) - radius * radius, q = b + copysign(rp_sqrt(a * discriminant), b);
-    const float t0 = rp_div(c, q), t1 = rp_div(q, a);
+    const float c = dot(f, f) - radius * radius, q = b + copysign(sqrt(a * discriminant), b);
+    const float t0 = c / q, t1 = q / a;
     const float first = rp_min(t0, t1), second = rp_max(t0, t1);
     const float t = first > 0.0f ? first : second;
     if (!(t > 0.0f)) return -1.0f;

@@ -60,7 +60,7 @@ static inline void rp_keep_first_hit(volatile __global uint* words, const __cons
 #ifdef RP_LAYER_DEPTH
     // Not fused in one kernel and rounded in another.
     const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
-    const float along = rp_dot_apart(forward, direction) / sqrt(rp_dot_apart(forward, forward));
+    const float along = rp_div(rp_dot_apart(forward, direction), rp_sqrt(rp_dot_apart(forward, forward)));
     const bool planar = camera->projection == RP_PROJECTION_PERSPECTIVE || camera->projection == RP_PROJECTION_ORTHOGRAPHIC;
     words[RP_LAYER_DEPTH] = as_uint(planar ? rp_mul(distance, along) : distance);
 #endif

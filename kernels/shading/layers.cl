@@ -61,16 +61,17 @@ static inline rp_layers rp_choose_layers(RP_MATERIAL_SPACE const rp_material* m,
     const float refracted = rp_greatest(m->refracted) * (1.0f - (clear && rough ? r.fresnel : share)), diffuse = rp_greatest(m->transmittance),
                 through = refracted + diffuse;
     if (above + through <= 0.0f) return r;
-    r.side = above / (above + through);
+    // A whole is exactly 1: what has a single direction is asked for no light.
+    r.side = rp_div(above, above + through);
     r.below = !rp_take(r.side, &r.rest);
     if (r.below) {
         r.side = 1.0f - r.side;
-        r.single = clear ? refracted / through : 0.0f;
-        r.glossy = clear ? 0.0f : refracted / through;
+        r.single = clear ? rp_div(refracted, through) : 0.0f;
+        r.glossy = clear ? 0.0f : rp_div(refracted, through);
     } else {
         const float one = mirror + (rough ? 0.0f : interface), spread = above - one;
-        r.single = one / above;
-        r.glossy = rough && spread > 0.0f ? interface / spread : 0.0f;
+        r.single = rp_div(one, above);
+        r.glossy = rough && spread > 0.0f ? rp_div(interface, spread) : 0.0f;
     }
     return r;
 }

@@ -75,9 +75,9 @@ static inline void rp_end_path(__constant rp_render_params* params, const rp_pat
 }
 
 // What becomes of a path.
-#define RP_PATH_SCATTERS 0u  // at the surface that it has come to
-#define RP_PATH_ENDS 1u      // its radiance is known
-#define RP_PATH_GOES_ON 2u   // its next ray, or what it waits for, is in its slot
+#define RP_OUTCOME_SCATTERS 0u  // at the surface that it has come to
+#define RP_OUTCOME_ENDS 1u      // its radiance is known
+#define RP_OUTCOME_GOES_ON 2u   // its next ray, or what it waits for, is in its slot
 
 // A path that has come to a surface from which it may go on; of one that ends, slot, radiance and the pixel alone. status: of its slot when it came.
 typedef struct rp_reached_vertex {
@@ -153,7 +153,7 @@ static inline void rp_pass(const rp_paths* paths, uint slot, uint status, const 
 
 // The shadow ray of a path has come to its end.
 static inline uint rp_end_shadow(const rp_paths* paths, uint status, const rp_arrival* a, bool occluded, rp_reached_vertex* reached) {
-    return rp_end_shadow_as_extension(paths, reached->slot, status, a, occluded, &reached->radiance) ? RP_PATH_GOES_ON : RP_PATH_ENDS;
+    return rp_end_shadow_as_extension(paths, reached->slot, status, a, occluded, &reached->radiance) ? RP_OUTCOME_GOES_ON : RP_OUTCOME_ENDS;
 }
 #endif
 
@@ -192,20 +192,20 @@ static inline uint rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
             if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(rp_film_pixel(params, film, pixel));
             reached->radiance = (float3)(params->background[0], params->background[1], params->background[2]);
-            return RP_PATH_ENDS;
+            return RP_OUTCOME_ENDS;
         }
 #ifdef RP_SKY_PAGED
         float3 seen;
         uint absent;
         if (!rp_see_sky(textures, params, &a, &seen, &absent)) {
             rp_await_page(textures, paths, slot, rp_wait_to_shade(paths, slot, status, &a, 0u), absent);
-            return RP_PATH_GOES_ON;
+            return RP_OUTCOME_GOES_ON;
         }
 #else
         const float3 seen = rp_background(params, lights, light_steps, a.direction, a.bsdf_density, full_emission);
 #endif
         reached->radiance = radiance + a.throughput * seen;
-        return RP_PATH_ENDS;
+        return RP_OUTCOME_ENDS;
     }
 #ifdef RP_TRAITS
     const __global rp_instance_traits* const traits = rp_traits_numbered(ranges, params->range_count, a.traits);
@@ -232,7 +232,7 @@ static inline uint rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #ifdef RP_CUTOUTS
         if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
 #endif
-        if (found != RP_FOUND_MATERIAL) return RP_PATH_GOES_ON;
+        if (found != RP_FOUND_MATERIAL) return RP_OUTCOME_GOES_ON;
     }
 #else
     const uint shading_normal = a.shading_normal;
@@ -256,9 +256,9 @@ static inline uint rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     reached->radiance = radiance;
     const bool ends = depth >= params->max_depth;
 #ifdef RP_FIRST_HIT_LAYERS
-    if (ends && depth > 0u) return RP_PATH_ENDS;
+    if (ends && depth > 0u) return RP_OUTCOME_ENDS;
 #else
-    if (ends) return RP_PATH_ENDS;
+    if (ends) return RP_OUTCOME_ENDS;
 #endif
 #ifdef RP_TEXTURES
     const rp_material* material = &reached->own;
@@ -316,16 +316,16 @@ static inline uint rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         const uint2 ids = (uint2)(0u);
 #endif
         rp_keep_first_hit(rp_film_pixel(params, film, pixel), &params->camera, paths, slot, vertex, material, distance, ids, material_number);
-        if (ends) return RP_PATH_ENDS;
+        if (ends) return RP_OUTCOME_ENDS;
     }
 #endif
-    return RP_PATH_SCATTERS;
+    return RP_OUTCOME_SCATTERS;
 }
 
 // The rays that leave a vertex; the path ends if there is none. status: of the slot so far. mine: counts of bounce rays and shadow rays.
 static inline uint rp_depart(const rp_paths* paths, uint slot, uint status, float3 radiance, uint pixel, uint sample, uint depth,
                              const rp_departure_1* out, uint* mine) {
-    if (!out->shadow && !out->go_on) return RP_PATH_ENDS;
+    if (!out->shadow && !out->go_on) return RP_OUTCOME_ENDS;
     const bool specular = out->go_on && out->density == 0.0f;
 #ifdef RP_TEXTURES
     // What is scattered spreads (bench/journal/textures.md); what is mirrored or refracted goes on as it came.
@@ -349,7 +349,7 @@ static inline uint rp_depart(const rp_paths* paths, uint slot, uint status, floa
         rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
-    return RP_PATH_GOES_ON;
+    return RP_OUTCOME_GOES_ON;
 }
 
 static inline uint rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
@@ -407,9 +407,9 @@ __kernel RP_NO_MORE_VECTORS void rp_shade(RP_SHADE_PARAMETERS __constant rp_rend
         const uint slot = rp_shade_entry(&all, i), status = rp_status_of(&paths, slot);
         const bool resumed = i >= all.arrived;
         if (!rp_is_to_shade(status) && !resumed) continue;
-        uint becomes = rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, resumed, film, &reached);
-        if (becomes == RP_PATH_SCATTERS) becomes = rp_shade_one(params, lights, light_steps, &reached, &paths, mine);
-        if (becomes == RP_PATH_ENDS) rp_end_path(params, &paths, slot, film, reached.vertex.pixel, reached.radiance);
+        uint outcome = rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, resumed, film, &reached);
+        if (outcome == RP_OUTCOME_SCATTERS) outcome = rp_shade_one(params, lights, light_steps, &reached, &paths, mine);
+        if (outcome == RP_OUTCOME_ENDS) rp_end_path(params, &paths, slot, film, reached.vertex.pixel, reached.radiance);
     }
 #endif
     rp_add_totals(totals, mine, 2u, counters + RP_COUNT_BOUNCE_RAYS);

@@ -99,7 +99,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
         out.go_on = go_on[k];
         out.refraction = (int)g->path[3][k];
         const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
-        if (rp_depart(paths, g->slot[k], g->status[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, mine) == RP_PATH_ENDS)
+        if (rp_depart(paths, g->slot[k], g->status[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, mine) == RP_OUTCOME_ENDS)
             rp_end_path(params, paths, g->slot[k], film, g->path[0][k], radiance);
     }
     g->count = 0u;
@@ -121,15 +121,15 @@ static RP_NOINLINE void rp_shade_runs(RP_SHADE_GEOMETRY uint item, uint step, ui
             rp_prefetch_path(paths, later);
             const uint slot = rp_shade_entry(&queue, i), status = rp_status_of(paths, slot);
             if (!rp_is_to_shade(status)) continue;
-            uint becomes =
+            uint outcome =
                 rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, paths, slot, status, i >= queue.arrived, film, &reached);
-            if (becomes == RP_PATH_SCATTERS && reached.material->kind == RP_MATERIAL_DIFFUSE) {
+            if (outcome == RP_OUTCOME_SCATTERS && reached.material->kind == RP_MATERIAL_DIFFUSE) {
                 rp_gather(&gathered, &reached);
                 if (gathered.count == 16u) rp_shade_gathered(params, lights, light_steps, &gathered, paths, film, mine);
                 continue;
             }
-            if (becomes == RP_PATH_SCATTERS) becomes = rp_shade_one(params, lights, light_steps, &reached, paths, mine);
-            if (becomes == RP_PATH_ENDS) rp_end_path(params, paths, slot, film, reached.vertex.pixel, reached.radiance);
+            if (outcome == RP_OUTCOME_SCATTERS) outcome = rp_shade_one(params, lights, light_steps, &reached, paths, mine);
+            if (outcome == RP_OUTCOME_ENDS) rp_end_path(params, paths, slot, film, reached.vertex.pixel, reached.radiance);
         }
     }
     if (gathered.count != 0u) {

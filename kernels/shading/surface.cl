@@ -103,7 +103,7 @@ static inline uint rp_blend_colors(uint first, uint second, uint third, float b,
     for (uint k = 0u; k < 3u; k++) {
         const float x = (float)(first >> 8u * k & 255u), y = (float)(second >> 8u * k & 255u), z = (float)(third >> 8u * k & 255u);
         const float linear = rp_add(rp_add(rp_mul(a, rp_mul(x, x)), rp_mul(b, rp_mul(y, y))), rp_mul(c, rp_mul(z, z)));
-        const float most = k == 2u ? 1023.0f : 2047.0f, root = rp_mul(rp_sqrt(rp_max(linear, 0.0f)), most / 255.0f);
+        const float most = k == 2u ? 1023.0f : 2047.0f, root = rp_mul(rp_sqrt(rp_max(linear, 0.0f)), rp_div(most, 255.0f));
         blended |= (uint)rp_min(rp_add(root, 0.5f), most) << 11u * k;
     }
     return blended;

@@ -189,10 +189,11 @@ static inline float rp_half_number(uint bits) {
     const float magnitude = as_float((bits & 0x7fffu) << 13) * 0x1p112f;
     return bits & 0x8000u ? -magnitude : magnitude;
 }
+// What is opaque is exactly 1.
 static inline float rp_channel_number(const rp_textures* t, uint bits, uint format, bool srgb) {
     if (format == RP_TEXEL_GRAY_HALF || format == RP_TEXEL_RGBA_HALF) return rp_half_number(bits);
-    if (format == RP_TEXEL_GRAY16 || format == RP_TEXEL_RGBA16) return (float)bits / 65535.0f;
-    return srgb ? as_float(t->words[bits]) : (float)bits / 255.0f;
+    if (format == RP_TEXEL_GRAY16 || format == RP_TEXEL_RGBA16) return rp_div((float)bits, 65535.0f);
+    return srgb ? as_float(t->words[bits]) : rp_div((float)bits, 255.0f);
 }
 static inline float4 rp_texel_channels(const rp_textures* t, const __global rp_image* image, uint2 texel) {
     const uint format = image->format;

@@ -315,7 +315,7 @@ Result<Buffer> Device::allocate_mapped(uint64_t bytes, std::string_view what) {
     return buffer;
 }
 
-// Tells build_options of quick_arithmetic(); kernels do not look at it.
+// To kernels, and to build_options (kernels/common/arithmetic.cl).
 constexpr const char* quick_arithmetic_option = "-DRP_QUICK_ARITHMETIC";
 
 std::string Device::build_options(const std::string& definitions) const {

@@ -185,8 +185,8 @@ public:
     // Compiler options for a kernel that is to have no more registers than so many (0: as the compiler likes), where it can be told: with fewer of
     // them more of its work-items run at a time.
     std::string register_limit(uint32_t registers) const;
-    // Compiler options for a kernel whose divisions and square roots need not be rounded correctly, but where it says so (rp_div, rp_sqrt), where
-    // that is worth it: a GPU does them by an instruction or two instead of dozens.
+    // Compiler options for a kernel whose divisions and square roots need not be rounded correctly but where it says so (rp_div, rp_sqrt). Empty
+    // where that gains nothing. A GPU does them by an instruction or two instead of dozens.
     std::string quick_arithmetic() const;
     // Persistent threads that fill it.
     uint64_t persistent_items() const { return uint64_t{info_.compute_units} * profile().persistent_items; }

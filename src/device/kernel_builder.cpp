@@ -70,8 +70,10 @@ Status build_kernels(std::span<const std::string> arguments) {
     // The cache is what it is for, also where it is not used by default.
     const auto device = Device::open(arguments[0], 0, {{find_profile_field("cache-kernels"), 1}}, nullptr);
     if (!device) return device.status();
-    for (size_t i = 1; i < arguments.size(); i += 2) RAYPAGER_TRY((*device)->build({arguments[i], {}, arguments[i + 1]}));
-    return {};
+    Status first_error;
+    for (size_t i = 1; i < arguments.size(); i += 2)
+        if (const Status status = (*device)->build({arguments[i], {}, arguments[i + 1]}); first_error.ok()) first_error = status;
+    return first_error;
 }
 
 }  // namespace raypager

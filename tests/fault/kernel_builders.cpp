@@ -23,7 +23,7 @@ protected:
         names_ = named({" -DRP_A", " -DRP_B", " -DRP_C", " -DRP_D"});
     }
 
-    // Two are built here, and each of two processes builds one (share_programs).
+    // Two are built here, and each of two processes builds one, as long as their texts have 75 to 150 KB (share_programs).
     static std::vector<KernelName> named(const std::vector<const char*>& definitions) {
         std::vector<KernelName> names;
         for (const char* definition : definitions) names.push_back({"single_ray/generate", "rp_advance", definition});

@@ -12,10 +12,10 @@ namespace raypager::support {
 
 const std::vector<KernelSource>& probe_sources();
 
-// As Device::kernel, also for stages of tests.
+// As Device::kernel, also for stages of tests. Those of shading are built as renders build theirs.
 inline Result<Kernel> probe_kernel(Device& device, const std::string& stage, const std::string& name, const std::string& definitions) {
     device.use_more_sources(probe_sources());
-    return device.kernel({stage, name, definitions});
+    return device.kernel({stage, name, (stage.starts_with("shading/") ? device.quick_arithmetic() : "") + definitions});
 }
 
 }  // namespace raypager::support
