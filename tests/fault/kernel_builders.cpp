@@ -20,14 +20,9 @@ protected:
         // Afterwards: by then PoCL knows where its own cache is, which outlives this test.
         if (const char* set = std::getenv("XDG_CACHE_HOME")) before_ = set;
         ASSERT_EQ(setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1), 0);
-        names_ = named({" -DRP_A", " -DRP_B", " -DRP_C", " -DRP_D"});
-    }
-
-    // Two are built here, and each of two processes builds one, as long as their texts have 75 to 150 KB (share_programs).
-    static std::vector<KernelName> named(const std::vector<const char*>& definitions) {
-        std::vector<KernelName> names;
-        for (const char* definition : definitions) names.push_back({"single_ray/generate", "rp_advance", definition});
-        return names;
+        // Two are built here, and each of two processes builds one, as long as their texts have 75 to 150 KB (share_programs).
+        for (const char* definition : {" -DRP_A", " -DRP_B", " -DRP_C", " -DRP_D"})
+            names_.push_back({"single_ray/generate", "rp_advance", definition});
     }
 
     void TearDown() override {
