@@ -101,16 +101,20 @@ Float3 BlockPositions::decode(size_t index) const {
     return position;
 }
 
-rp_u32 BlockIds::bits(size_t at, uint32_t width) const {
-    const uint64_t both = uint64_t{word(2 + at / 32 + 1)} << 32 | word(2 + at / 32);
-    return static_cast<rp_u32>(both >> at % 32 & ((uint64_t{1} << width) - 1));
+std::optional<std::array<Float3, 2>> BlockPositions::range() const {
+    if (stride_ == 0) return std::nullopt;
+    Float3 last = base_;
+    int axis = 0;
+    for (const auto coordinate : axes) last.*coordinate += static_cast<float>((1u << RP_POSITION_BITS(flags_, axis++)) - 1) * cell_;
+    return {{base_, last}};
 }
 
-rp_u32 BlockIds::decode(size_t leaf, uint32_t k) const {
-    const size_t at = leaf * bits_of_leaf(flags_);
-    const rp_u32 first = word(0) + bits(at, RP_ID_FIRST_BITS(flags_));
-    if (k == 0) return first;
-    return first + word(1) + bits(at + RP_ID_FIRST_BITS(flags_) + (k - 1) * RP_ID_STEP_BITS(flags_), RP_ID_STEP_BITS(flags_));
+bool BlockIds::all_below(uint64_t count) const {
+    if (!coded_) return false;
+    const auto most = [](uint32_t width) { return (int64_t{1} << width) - 1; };
+    const int64_t first = word(0), step = static_cast<int32_t>(word(1));
+    return first + std::min<int64_t>(step, 0) >= 0 &&
+           first + most(first_bits_) + std::max<int64_t>(step + most(step_bits_), 0) < static_cast<int64_t>(count);
 }
 
 std::vector<std::byte> code_positions(std::span<const Float3> positions, float cell, rp_block_header& header) {

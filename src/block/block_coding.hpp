@@ -1,9 +1,11 @@
 // Positions and ids as blocks store them (abi/block.h), where they are coded: see RP_POSITION_STRIDE and RP_IDS_CODED there.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -50,6 +52,8 @@ public:
         }
         return decode(index);
     }
+    // Between which corners all of them are, as far as their coding alone says; none if they are not coded.
+    std::optional<std::array<Float3, 2>> range() const;
 
 private:
     Float3 decode(size_t index) const;
@@ -64,9 +68,15 @@ private:
 // The ids of a block's triangles. REQUIRES: a section that holds id_bytes().
 class BlockIds {
 public:
-    BlockIds(const rp_block_header& header, const std::byte* section) : section_(section), flags_(header.flags) {}
+    BlockIds(const rp_block_header& header, const std::byte* section)
+        : section_(section),
+          coded_((header.flags & RP_IDS_CODED) != 0),
+          first_bits_(RP_ID_FIRST_BITS(header.flags)),
+          step_bits_(RP_ID_STEP_BITS(header.flags)) {}
     // Of triangle k, up to RP_LEAF_MAX_PRIMITIVES. Where a leaf has fewer: RP_NONE, or anything if ids are coded.
-    rp_u32 operator()(size_t leaf, uint32_t k) const { return flags_ & RP_IDS_CODED ? decode(leaf, k) : word(RP_LEAF_MAX_PRIMITIVES * leaf + k); }
+    rp_u32 operator()(size_t leaf, uint32_t k) const { return coded_ ? decode(leaf, k) : word(RP_LEAF_MAX_PRIMITIVES * leaf + k); }
+    // Whether their coding alone says that all are less than `count`.
+    bool all_below(uint64_t count) const;
 
 private:
     rp_u32 word(size_t index) const {
@@ -74,11 +84,19 @@ private:
         std::memcpy(&value, section_ + index * sizeof value, sizeof value);
         return value;
     }
-    rp_u32 bits(size_t at, uint32_t width) const;
-    rp_u32 decode(size_t leaf, uint32_t k) const;
+    rp_u32 bits(size_t at, uint32_t width) const {
+        const uint64_t both = uint64_t{word(2 + at / 32 + 1)} << 32 | word(2 + at / 32);
+        return static_cast<rp_u32>(both >> at % 32 & ((uint64_t{1} << width) - 1));
+    }
+    rp_u32 decode(size_t leaf, uint32_t k) const {
+        const size_t at = leaf * (first_bits_ + (RP_LEAF_MAX_PRIMITIVES - 1) * step_bits_);
+        const rp_u32 first = word(0) + bits(at, first_bits_);
+        return k == 0 ? first : first + word(1) + bits(at + first_bits_ + (k - 1) * step_bits_, step_bits_);
+    }
 
     const std::byte* section_;
-    rp_u32 flags_;
+    bool coded_;
+    uint32_t first_bits_, step_bits_;
 };
 
 // Code the sections in as few bytes as they take, and say in `header` how. Every coordinate comes back to the bit: where positions are not multiples

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -16,6 +17,8 @@
 
 namespace raypager {
 namespace {
+
+bool is_stored(const Float3& p) { return is_stored_coordinate(p.x) && is_stored_coordinate(p.y) && is_stored_coordinate(p.z); }
 
 // A vector and the first three of four.
 bool same(const float (&a)[3], const float (&b)[4]) { return std::equal(std::begin(a), std::end(a), std::begin(b)); }
@@ -39,6 +42,8 @@ public:
         if (header_.node_count < header_.block_entry_count - 1) return bad("the number of block entries is wrong");
         RAYPAGER_TRY(check_numbers());
         seen_leaves_.resize(header_.leaf_count);
+        ids_ = BlockIds(header_, bytes_.data() + header_.ids_at);
+        any_id_is_good_ = ids_.all_below(primitives());
         RAYPAGER_TRY(check_upper_tree(std::span(first, end)));
         for (size_t i = 0; i < header_.block_entry_count; i++)
             RAYPAGER_TRY(check_block_entry(first[static_cast<ptrdiff_t>(i)], block_entry_depths_[i]));
@@ -96,13 +101,13 @@ private:
         return value;
     }
 
+    rp_u32 child_of(uint64_t node, uint32_t side) const { return item<rp_child>(header_.nodes_at + node * sizeof(rp_node), side).ref; }
+
     Status check_numbers() const {
         const BlockPositions positions(header_, bytes_.data() + header_.vertices_at);
-        for (uint32_t i = 0; i < header_.vertex_count; i++) {
-            const Float3 p = positions[i];
-            if (!is_stored_coordinate(p.x) || !is_stored_coordinate(p.y) || !is_stored_coordinate(p.z))
-                return bad(fmt::format("vertex {} is not finite, or too far away", i));
-        }
+        if (const auto range = positions.range(); !range || !is_stored((*range)[0]) || !is_stored((*range)[1]))
+            for (uint32_t i = 0; i < header_.vertex_count; i++)
+                if (!is_stored(positions[i])) return bad(fmt::format("vertex {} is not finite, or too far away", i));
         for (uint32_t i = 0; i < header_.vertex_count && RP_BLOCK_HAS_UVS(header_.attributes_at); i++) {
             const auto uv = item<Float2>(uvs_at(header_), i);
             if (!(std::abs(uv.x) <= largest_uv && std::abs(uv.y) <= largest_uv))
@@ -142,28 +147,29 @@ private:
     }
 
     // depth: of its root.
-    Status check_block_entry(const rp_block_entry& block_entry, int depth_of_root) {
+    Status check_block_entry(const rp_block_entry& block_entry, int depth) {
         if (!same(block_entry.origin, header_.origin) || !same(block_entry.cell, header_.cell))
             return bad("the grid of a block entry is not its own");
         struct Entry {
             rp_u32 ref;
             int depth;
         };
-        std::vector<Entry> stack = {{block_entry.root, depth_of_root}};
-        while (!stack.empty()) {
-            const auto [ref, depth] = stack.back();
-            stack.pop_back();
-            if (ref & RP_REF_LEAF) {
-                RAYPAGER_TRY(check_leaf(ref));
-                continue;
-            }
+        std::array<Entry, RP_BLOCK_MAX_DEPTH> stack;  // one for each node on the way down
+        size_t waiting = 0;
+        rp_u32 ref = block_entry.root;
+        for (;;) {
             // Depth-first order over all block entries: so there can be no cycle, and nothing is reached twice.
-            if (ref != nodes_ || nodes_ >= header_.node_count) return bad(fmt::format("node {} is absent or out of order", ref));
-            if (depth == RP_BLOCK_MAX_DEPTH) return bad("its tree is too deep");
-            const auto node = item<rp_node>(header_.nodes_at, nodes_++);
-            for (const int side : {1, 0}) stack.push_back({node.child[side].ref, depth + 1});
+            while (!(ref & RP_REF_LEAF)) {
+                if (ref != nodes_ || nodes_ >= header_.node_count) return bad(fmt::format("node {} is absent or out of order", ref));
+                if (depth == RP_BLOCK_MAX_DEPTH) return bad("its tree is too deep");
+                stack[waiting++] = {child_of(nodes_, 1), ++depth};
+                ref = child_of(nodes_++, 0);
+            }
+            RAYPAGER_TRY(check_leaf(ref));
+            if (waiting == 0) return {};
+            ref = stack[--waiting].ref;
+            depth = stack[waiting].depth;
         }
-        return {};
     }
 
     Status check_leaf(rp_u32 ref) {
@@ -196,12 +202,11 @@ private:
         // Kernels may load all six vertices of a strip, however short it is.
         const uint64_t first = uint64_t{leaf.lo & 0xffffu} * RP_CLUSTER_UNIT;
         const uint64_t bytes = leaf.lo >> 16 | uint64_t{leaf.hi} << 16;
-        for (int i = 0; i < 6; i++)
+        for (int i = 0; i < 6 && first + 255u >= header_.vertex_count; i++)
             if (first + (bytes >> 8 * i & 255u) >= header_.vertex_count) return bad(fmt::format("leaf {} names a vertex that does not exist", index));
         triangles_ += count;
-        const BlockIds ids(header_, bytes_.data() + header_.ids_at);
-        for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) {
-            const rp_u32 id = ids(index, k);
+        for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES && !any_id_is_good_; k++) {
+            const rp_u32 id = ids_(index, k);
             if (k < count ? id >= primitives() : !(header_.flags & RP_IDS_CODED) && id != RP_NONE)
                 return bad(fmt::format("leaf {} names a primitive that does not exist", index));
         }
@@ -215,6 +220,8 @@ private:
     const std::span<const std::byte> bytes_;
     rp_block_header header_ = {};
     std::vector<bool> seen_leaves_;
+    BlockIds ids_ = BlockIds(header_, nullptr);
+    bool any_id_is_good_ = false;
     std::vector<int> block_entry_depths_;
     uint64_t nodes_ = 0, leaves_ = 0, triangles_ = 0, spheres_ = 0;
 };

@@ -12,6 +12,8 @@ namespace {
 // Pinned memory is had in pieces as it is needed: a driver launches nothing while it pins. So the pieces are small, but not so small that
 // much is lost at their ends, where no block fits.
 constexpr uint64_t blocks_a_chunk = 32, min_chunk_bytes = uint64_t{4} << 20, max_chunk_bytes = uint64_t{64} << 20;
+// Memory of one is touched for the first time while a driver pins another.
+constexpr int chunks_at_once = 2;
 
 }  // namespace
 
@@ -137,7 +139,7 @@ void HostCache::release(uint32_t block) {
 
 bool HostCache::prepare(uint64_t bytes) {
     Lock lock(mutex_);
-    changed_.wait(lock, [&] { return closed_ || !adding_; });
+    changed_.wait(lock, [&] { return closed_ || adding_ < chunks_at_once; });
     return !closed_ && allocated_ < std::min(bytes, all_bytes_) && allocated_ + chunk_bytes_ <= limit_ && add_chunk(lock).ok();
 }
 
@@ -185,15 +187,15 @@ Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes, bool e
             if (chunks_[i].free.free_bytes() < bytes) continue;
             if (const auto place = chunks_[i].free.allocate(bytes)) return Place{i, place->offset};
         }
-        const bool may_grow = chunks_.empty() || allocated_ + chunk_bytes_ <= limit_;
-        if (may_grow && !adding_) {
+        const bool may_grow = allocated_ == 0 || allocated_ + chunk_bytes_ <= limit_;
+        if (may_grow && adding_ < (allocated_ < all_bytes_ ? chunks_at_once : 1)) {
             const Status added = add_chunk(lock);
             // Without more pinned memory the cache makes do with what it has.
-            if (!added.ok() && chunks_.empty()) return added;
+            if (!added.ok() && allocated_ == 0) return added;
             if (!added.ok()) limit_ = allocated_;
-        } else if (!may_grow && !evicts) {
+        } else if (adding_ == 0 && !evicts) {
             return Status::failed("the cache of blocks is full");
-        } else if (may_grow || !evict_oldest()) {
+        } else if (adding_ > 0 || !evict_oldest()) {
             if (closed_ || (given_up && *given_up)) return Status::failed("the cache of blocks was closed");
             changed_.wait(lock);
         }
@@ -216,12 +218,14 @@ Status HostCache::add_chunk(Lock& lock) {
         HostCache& cache;
         Lock& lock;
         Adding(HostCache& c, Lock& l) : cache(c), lock(l) {
-            cache.adding_ = true;
+            cache.adding_++;
+            cache.allocated_ += cache.chunk_bytes_;
             lock.unlock();
         }
         ~Adding() {
             lock.lock();
-            cache.adding_ = false;
+            cache.adding_--;
+            cache.allocated_ -= cache.chunk_bytes_;
             cache.changed_.notify_all();
         }
     };

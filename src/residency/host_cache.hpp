@@ -94,8 +94,8 @@ private:
     std::vector<Chunk> chunks_;
     std::unordered_map<uint32_t, Entry> entries_;
     std::list<uint32_t> by_age_;  // least recently used first
-    uint64_t allocated_ = 0;
-    bool adding_ = false;  // a chunk is being pinned, without the lock
+    uint64_t allocated_ = 0;      // what is being added counted in
+    int adding_ = 0;              // chunks that are being pinned, without the lock
     bool closed_ = false;
     uint32_t users_ = 0;
     bool shared_ = false;  // there were several of them

@@ -112,6 +112,59 @@ std::vector<rp_u32> leaves(std::mt19937& random, uint32_t count, uint64_t from, 
     return ids;
 }
 
+// What the coding alone says of all ids must hold of each, of those that leaves do not use, too; and it says it of ids that are well below.
+TEST(BlockCoding, ids_are_below_what_their_coding_says) {
+    std::mt19937 random(coding_seed);
+    SCOPED_TRACE(testing::Message() << "seed " << coding_seed);
+    for (const uint64_t range : {1u, 50u, 700000u})
+        for (const uint64_t step : {0u, 3u, 900u}) {
+            const std::vector<rp_u32> ids = leaves(random, 300, 1000, range, step);
+            rp_block_header header = {};
+            header.leaf_count = 300;
+            const std::vector<std::byte> bytes = code_ids(ids, header);
+            ASSERT_TRUE(header.flags & RP_IDS_CODED);
+            const BlockIds decoded(header, bytes.data());
+            uint64_t least = 0;
+            for (size_t i = 0; i < ids.size(); i++)
+                least = std::max<uint64_t>(least, decoded(i / RP_LEAF_MAX_PRIMITIVES, i % RP_LEAF_MAX_PRIMITIVES) + uint64_t{1});
+            EXPECT_FALSE(decoded.all_below(least - 1)) << range << ", " << step;
+            EXPECT_TRUE(decoded.all_below(1000 + 2 * range + 8 * step + 8)) << range << ", " << step;
+        }
+    // Bits in which a leaf that nobody checked has any number, with a step that makes of it one below 0.
+    rp_block_header header = {};
+    header.leaf_count = 1;
+    header.flags = RP_IDS_CODED | 4u << RP_ID_FIRST_SHIFT | 4u << RP_ID_STEP_SHIFT;
+    rp_u32 words[5] = {5, static_cast<rp_u32>(-6), 0, 0, 0};
+    EXPECT_FALSE(BlockIds(header, std::as_bytes(std::span(words)).data()).all_below(1u << 31));
+    words[1] = static_cast<rp_u32>(-5);
+    EXPECT_TRUE(BlockIds(header, std::as_bytes(std::span(words)).data()).all_below(5 + 15 + 10 + 1));
+    EXPECT_FALSE(BlockIds(header, std::as_bytes(std::span(words)).data()).all_below(5 + 15 + 10));
+    header.flags = 0;
+    EXPECT_FALSE(BlockIds(header, std::as_bytes(std::span(words)).data()).all_below(1u << 31)) << "not coded";
+}
+
+// The corners of what coded positions may be: all numbers that have their bits are between them.
+TEST(BlockCoding, positions_are_between_the_corners_of_their_coding) {
+    std::mt19937 random(coding_seed);
+    SCOPED_TRACE(testing::Message() << "seed " << coding_seed);
+    for (const float cell : {0.25f, 0x1p-12f, 8.0f}) {
+        const std::vector<Float3> positions = lattice(random, cell, {8, 9, 7}, -5000 * cell);
+        rp_block_header header = {};
+        const std::vector<std::byte> bytes = code_positions(positions, cell, header);
+        const auto range = BlockPositions(header, bytes.data()).range();
+        ASSERT_TRUE(range);
+        for (const Float3& p : positions) {
+            EXPECT_TRUE((*range)[0].x <= p.x && p.x <= (*range)[1].x && (*range)[0].y <= p.y && p.y <= (*range)[1].y && (*range)[0].z <= p.z &&
+                        p.z <= (*range)[1].z);
+            EXPECT_LE((*range)[1].x - (*range)[0].x, 255 * cell);
+        }
+    }
+    const std::vector<Float3> odd = {{0.3f, 0, 0}};
+    rp_block_header header = {};
+    const std::vector<std::byte> bytes = code_positions(odd, 0, header);
+    EXPECT_FALSE(BlockPositions(header, bytes.data()).range()) << "not coded";
+}
+
 TEST(BlockCoding, ids_come_back) {
     std::mt19937 random(coding_seed);
     SCOPED_TRACE(testing::Message() << "seed " << coding_seed);

@@ -32,7 +32,8 @@ TEST(DeviceProfile, FollowsTheNumberOfCores) {
     EXPECT_EQ(device_profile(DeviceType::gpu, "", 132, 16).max_slots, 1u << 26);
     EXPECT_EQ(device_profile(DeviceType::cpu, "", 2, 2).loader_threads, 2u);
     EXPECT_EQ(device_profile(DeviceType::cpu, "", 2, 64).read_ahead_threads, 4u);
-    EXPECT_EQ(device_profile(DeviceType::gpu, "", 2, 64).read_ahead_threads, 8u);
+    EXPECT_EQ(device_profile(DeviceType::gpu, "", 2, 64).read_ahead_threads, 16u);
+    EXPECT_EQ(device_profile(DeviceType::gpu, "", 2, 1).read_ahead_threads, 1u);
 }
 
 // Names are told apart, values that are chosen may be given, and each field is set where it is read.
