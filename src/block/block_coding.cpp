@@ -18,7 +18,6 @@ auto& base_of(Header& header, int axis) {
 }
 
 uint32_t position_bits(rp_u32 flags) { return RP_POSITION_BITS(flags, 0) + RP_POSITION_BITS(flags, 1) + RP_POSITION_BITS(flags, 2); }
-size_t bits_of_leaf(rp_u32 flags) { return RP_ID_FIRST_BITS(flags) + (triangles - 1) * RP_ID_STEP_BITS(flags); }
 
 template <class T>
 std::vector<std::byte> whole(std::span<const T> items) {
@@ -66,7 +65,7 @@ uint64_t leaf_bytes(const rp_block_header& header) {
 uint64_t id_bytes(const rp_block_header& header) {
     const uint64_t leaves = holds_instances(header) ? 0 : header.leaf_count;
     if (!(header.flags & RP_IDS_CODED)) return leaves * triangles * sizeof(rp_u32);
-    return sizeof(rp_u32) * (2 + leaves * bits_of_leaf(header.flags) / 32 + 2);
+    return sizeof(rp_u32) * (2 + leaves * id_bits_of_leaf(header.flags) / 32 + 2);
 }
 
 bool good_coding(const rp_block_header& header, float scene_cell) {
@@ -94,7 +93,7 @@ Float3 BlockPositions::decode(size_t index) const {
     int axis = 0;
     for (const auto coordinate : axes) {
         const uint32_t bits = RP_POSITION_BITS(flags_, axis++);
-        // Both products and sums are exact.
+        // The product is exact, and so is the sum where positions were baked.
         position.*coordinate += static_cast<float>(word & ((uint64_t{1} << bits) - 1)) * cell_;
         word >>= bits;
     }

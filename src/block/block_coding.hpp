@@ -52,7 +52,8 @@ public:
         }
         return decode(index);
     }
-    // Between which corners all of them are, as far as their coding alone says; none if they are not coded.
+    // Between which corners all of them are, as far as their coding alone says; none if they are not coded. Also where a sum of base and offset is
+    // not exact, as in files that nobody has baked: rounding keeps the order.
     std::optional<std::array<Float3, 2>> range() const;
 
 private:
@@ -65,12 +66,16 @@ private:
     size_t stride_;
 };
 
+// Bits of a leaf's ids, where they are coded.
+inline size_t id_bits_of_leaf(rp_u32 flags) { return RP_ID_FIRST_BITS(flags) + (RP_LEAF_MAX_PRIMITIVES - 1) * size_t{RP_ID_STEP_BITS(flags)}; }
+
 // The ids of a block's triangles. REQUIRES: a section that holds id_bytes().
 class BlockIds {
 public:
     BlockIds(const rp_block_header& header, const std::byte* section)
         : section_(section),
           coded_((header.flags & RP_IDS_CODED) != 0),
+          leaf_bits_(id_bits_of_leaf(header.flags)),
           first_bits_(RP_ID_FIRST_BITS(header.flags)),
           step_bits_(RP_ID_STEP_BITS(header.flags)) {}
     // Of triangle k, up to RP_LEAF_MAX_PRIMITIVES. Where a leaf has fewer: RP_NONE, or anything if ids are coded.
@@ -89,13 +94,14 @@ private:
         return static_cast<rp_u32>(both >> at % 32 & ((uint64_t{1} << width) - 1));
     }
     rp_u32 decode(size_t leaf, uint32_t k) const {
-        const size_t at = leaf * (first_bits_ + (RP_LEAF_MAX_PRIMITIVES - 1) * step_bits_);
+        const size_t at = leaf * leaf_bits_;
         const rp_u32 first = word(0) + bits(at, first_bits_);
         return k == 0 ? first : first + word(1) + bits(at + first_bits_ + (k - 1) * step_bits_, step_bits_);
     }
 
     const std::byte* section_;
     bool coded_;
+    size_t leaf_bits_;
     uint32_t first_bits_, step_bits_;
 };
 

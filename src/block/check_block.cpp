@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,8 +43,8 @@ public:
         if (header_.node_count < header_.block_entry_count - 1) return bad("the number of block entries is wrong");
         RAYPAGER_TRY(check_numbers());
         seen_leaves_.resize(header_.leaf_count);
-        ids_ = BlockIds(header_, bytes_.data() + header_.ids_at);
-        any_id_is_good_ = ids_.all_below(primitives());
+        ids_.emplace(header_, bytes_.data() + header_.ids_at);
+        all_ids_are_good_ = ids_->all_below(primitives());
         RAYPAGER_TRY(check_upper_tree(std::span(first, end)));
         for (size_t i = 0; i < header_.block_entry_count; i++)
             RAYPAGER_TRY(check_block_entry(first[static_cast<ptrdiff_t>(i)], block_entry_depths_[i]));
@@ -146,17 +147,17 @@ private:
         return nodes_ == upper && block_entry_depths_.size() == block_entries.size() ? Status() : bad("some of its block entries are never reached");
     }
 
-    // depth: of its root.
-    Status check_block_entry(const rp_block_entry& block_entry, int depth) {
+    Status check_block_entry(const rp_block_entry& block_entry, int depth_of_root) {
         if (!same(block_entry.origin, header_.origin) || !same(block_entry.cell, header_.cell))
             return bad("the grid of a block entry is not its own");
         struct Entry {
             rp_u32 ref;
             int depth;
         };
-        std::array<Entry, RP_BLOCK_MAX_DEPTH> stack;  // one for each node on the way down
+        std::array<Entry, RP_BLOCK_MAX_DEPTH> stack;  // right children that wait, no two of them at one depth
         size_t waiting = 0;
         rp_u32 ref = block_entry.root;
+        int depth = depth_of_root;
         for (;;) {
             // Depth-first order over all block entries: so there can be no cycle, and nothing is reached twice.
             while (!(ref & RP_REF_LEAF)) {
@@ -202,15 +203,20 @@ private:
         // Kernels may load all six vertices of a strip, however short it is.
         const uint64_t first = uint64_t{leaf.lo & 0xffffu} * RP_CLUSTER_UNIT;
         const uint64_t bytes = leaf.lo >> 16 | uint64_t{leaf.hi} << 16;
-        for (int i = 0; i < 6 && first + 255u >= header_.vertex_count; i++)
-            if (first + (bytes >> 8 * i & 255u) >= header_.vertex_count) return bad(fmt::format("leaf {} names a vertex that does not exist", index));
+        const auto exists = [&](int i) { return first + (bytes >> 8 * i & 255u) < header_.vertex_count; };
+        const bool all_exist = first + 255u < header_.vertex_count || (exists(0) && exists(1) && exists(2) && exists(3) && exists(4) && exists(5));
+        if (!all_exist) return bad(fmt::format("leaf {} names a vertex that does not exist", index));
         triangles_ += count;
-        for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES && !any_id_is_good_; k++) {
-            const rp_u32 id = ids_(index, k);
-            if (k < count ? id >= primitives() : !(header_.flags & RP_IDS_CODED) && id != RP_NONE)
-                return bad(fmt::format("leaf {} names a primitive that does not exist", index));
-        }
+        if (!all_ids_are_good_ && !good_ids(index, count)) return bad(fmt::format("leaf {} names a primitive that does not exist", index));
         return {};
+    }
+
+    bool good_ids(uint32_t leaf, uint32_t count) const {
+        for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) {
+            const rp_u32 id = (*ids_)(leaf, k);
+            if (k < count ? id >= primitives() : !(header_.flags & RP_IDS_CODED) && id != RP_NONE) return false;
+        }
+        return true;
     }
 
     uint64_t primitives() const { return scene_.triangles + scene_.spheres; }
@@ -220,8 +226,8 @@ private:
     const std::span<const std::byte> bytes_;
     rp_block_header header_ = {};
     std::vector<bool> seen_leaves_;
-    BlockIds ids_ = BlockIds(header_, nullptr);
-    bool any_id_is_good_ = false;
+    std::optional<BlockIds> ids_;
+    bool all_ids_are_good_ = false;  // by their coding alone
     std::vector<int> block_entry_depths_;
     uint64_t nodes_ = 0, leaves_ = 0, triangles_ = 0, spheres_ = 0;
 };

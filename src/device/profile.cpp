@@ -93,8 +93,8 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     p.traffic_kept = 0.75;  // nearly every block is entered by some ray of a round (the same section)
     // Four load at the speed of the bus; eight gain 3 to 7 % but for 3 % resident, where they lose 6 (gpu-paging.md).
     p.loader_threads = std::clamp<uint32_t>(host_threads / 4, 2, 4);
-    // The host has little else to do: first loads are waited for most (gpu-paging.md). Most: not measured.
-    p.read_ahead_threads = std::clamp<uint32_t>(host_threads, 2, 17) - 1;
+    // The host has little else to do than to bring what is needed for the first time (gpu-paging.md, with 16 cores). More than 16: not measured.
+    p.read_ahead_threads = std::clamp<int>(static_cast<int>(host_threads) - 1, 1, 16);
 
     p.expected_rays = 3.2e6;   // an H200 among clutter: 105 M paths a second, at four rays (gpu-paging.md)
     p.expected_loads = 65000;  // an H200 handles 90,000 (gpu-paging.md)

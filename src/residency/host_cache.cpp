@@ -169,7 +169,7 @@ void HostCache::close() {
 
 uint64_t HostCache::peak_bytes() const {
     const Lock lock(mutex_);
-    return allocated_;  // chunks are kept
+    return chunks_.size() * chunk_bytes_;  // they are kept
 }
 
 Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
@@ -188,11 +188,15 @@ Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes, bool e
             if (const auto place = chunks_[i].free.allocate(bytes)) return Place{i, place->offset};
         }
         const bool may_grow = allocated_ == 0 || allocated_ + chunk_bytes_ <= limit_;
+        // More than all blocks take is needed only where they leave gaps.
         if (may_grow && adding_ < (allocated_ < all_bytes_ ? chunks_at_once : 1)) {
             const Status added = add_chunk(lock);
-            // Without more pinned memory the cache makes do with what it has.
-            if (!added.ok() && allocated_ == 0) return added;
-            if (!added.ok()) limit_ = allocated_;
+            if (!added.ok() && adding_ > 0) {
+                changed_.wait(lock);  // what becomes of the other says whether there is any
+            } else if (!added.ok()) {
+                if (allocated_ == 0) return added;
+                limit_ = allocated_;  // without more pinned memory the cache makes do with what it has
+            }
         } else if (adding_ == 0 && !evicts) {
             return Status::failed("the cache of blocks is full");
         } else if (adding_ > 0 || !evict_oldest()) {

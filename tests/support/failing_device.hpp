@@ -17,6 +17,9 @@ public:
     std::atomic<uint64_t> memory_bytes{UINT64_MAX};  // a buffer with which all of the device's would exceed this is refused
     std::atomic<int64_t> lose_in{0};                 // that command, and all after it, find the device lost
     std::atomic<int64_t> fail_pinned_in{0};          // that allocation of pinned memory fails
+    std::atomic<bool> fail_pinned{false};            // all of them fail
+    std::atomic<bool> hold_pinned{false};            // they wait for as long as this is set
+    std::atomic<int> held_pinned{0};                 // how many wait for that
     std::atomic<bool> hold_uploads{false};           // blocks wait for as long as this is set
     // Makes good whatever was wrong: the device is there again.
     void clear();
@@ -25,7 +28,7 @@ public:
     bool has_devices() override { return !no_device; }
     bool may_build() override { return !fail_builds; }
     bool may_allocate(uint64_t total_bytes) override { return total_bytes <= memory_bytes; }
-    bool may_pin() override { return !counted_down(fail_pinned_in); }
+    bool may_pin() override;
     bool may_command() override;
     void before_upload() override;
 
