@@ -140,7 +140,7 @@ public:
         const SinCos direction = sincos_turns(angle);
         const double x = heap.x + heap.radius * out * direction.cos * 1.4, z = heap.z + heap.radius * out * direction.sin;
         const double slope = 1 - out * out;
-        const double y = 0.2 * size + heap.height * slope * random.uniform() * (0.3 + 0.7 * random.uniform());
+        const double most = heap.height * slope * random.uniform(), y = 0.2 * size + most * (0.3 + 0.7 * random.uniform());
         return {{std::clamp(x, -hall_width / 2 + 1, hall_width / 2 - 1), y, std::clamp(z, -hall_depth + 1.5, -1.5)}, size};
     }
 

@@ -226,10 +226,11 @@ private:
         Layer layer{"rock", plan_.rocks, plan_.placed_rocks, {}, {}};
         layer.density = [&](double x, double z) { return 0.08 + smooth_step(0.2, 0.55, value_noise(x / 17, z / 17, options_.seed + 71).value); };
         layer.place = [&](double x, double z, Random& own) {
-            const double size = own.uniform() * own.uniform() * own.uniform() * 2.6 + 0.25;
+            const double u = own.uniform(), v = own.uniform(), w = own.uniform(), size = u * v * w * 2.6 + 0.25;
             const Vector at = {x, land_.ground(x, z) + 0.1 * size, z};
             const Stance stance = turned_stance(at, unit(land_.normal(x, z) + own.direction() * 0.35), own);
-            return std::pair<uint64_t, Stance>(own.below(static_cast<uint32_t>(plan_.rocks)), scaled(stance, size, size * own.uniform(0.8, 1.2)));
+            const double height = size * own.uniform(0.8, 1.2);
+            return std::pair<uint64_t, Stance>(own.below(static_cast<uint32_t>(plan_.rocks)), scaled(stance, size, height));
         };
         return write_layer(scene_, layer, {land_.side(), land_.eye()}, options_.seed);
     }
@@ -244,7 +245,8 @@ private:
             const double size = own.uniform(0.7, 1.4);
             Stance stance = turned_stance({x, land_.ground(x, z), z}, land_.normal(x, z), own);
             if (own.below(2) == 0) stance.x = stance.x * -1;
-            return std::pair<uint64_t, Stance>(own.below(static_cast<uint32_t>(plan_.tufts)), scaled(stance, size, size * own.uniform(0.7, 1.3)));
+            const double height = size * own.uniform(0.7, 1.3);
+            return std::pair<uint64_t, Stance>(own.below(static_cast<uint32_t>(plan_.tufts)), scaled(stance, size, height));
         };
         return write_layer(scene_, layer, {land_.side(), land_.eye()}, options_.seed);
     }

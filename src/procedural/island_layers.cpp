@@ -150,7 +150,8 @@ private:
         const auto lying = [&](double low, double high, double tumble, double above) {
             const double u = random.uniform(), size = low + (high - low) * u * u * u;
             const Vector up = unit(slope + wild * tumble);
-            return scaled(turned_stance(ground + Vector{0, above * size, 0}, up, random), size, size * random.uniform(0.8, 1.2));
+            const double height = size * random.uniform(0.8, 1.2);
+            return scaled(turned_stance(ground + Vector{0, above * size, 0}, up, random), size, height);
         };
         switch (thing) {
             case IslandThing::pebble:
@@ -166,8 +167,8 @@ private:
             case IslandThing::litter:
                 return lying(0.08, 0.4, 0.2, 0.02);
             case IslandThing::tuft: {
-                const double size = random.uniform(0.6, 1.5);
-                return scaled(turned_stance(ground, slope, random), size, size * random.uniform(0.7, 1.3));
+                const double size = random.uniform(0.6, 1.5), height = size * random.uniform(0.7, 1.3);
+                return scaled(turned_stance(ground, slope, random), size, height);
             }
             case IslandThing::rosette:
                 return standing(0.7, 1.6, 0.1);

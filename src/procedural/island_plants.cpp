@@ -82,8 +82,10 @@ private:
     }
 
     void add_nuts(const Vector& top) {
-        for (int i = 0; i < 6; i++)
-            add_ball(palm_.wood, Pose{top + heading(i / 6.0 + random_.uniform(0, 0.1)) * 0.24 - upwards * random_.uniform(0.15, 0.4)}, 0.13, 6);
+        for (int i = 0; i < 6; i++) {
+            const double below = random_.uniform(0.15, 0.4);
+            add_ball(palm_.wood, Pose{top + heading(i / 6.0 + random_.uniform(0, 0.1)) * 0.24 - upwards * below}, 0.13, 6);
+        }
     }
 
     // lift: of its beginning, as a tangent of sorts.
@@ -201,11 +203,13 @@ Hedge grow_hedge(uint64_t triangles, Random& random) {
     };
     for (uint64_t i = 0; i < leaves; i++) {
         const auto [out, middle] = somewhere(0.7);
-        add_diamond(hedge.leaves, middle, unit(out + random.direction() * 0.7), length * random.uniform(0.7, 1.2), random);
+        const double size = length * random.uniform(0.7, 1.2);
+        add_diamond(hedge.leaves, middle, unit(out + random.direction() * 0.7), size, random);
     }
     for (uint64_t i = 0; i < flowers; i++) {
         const auto [out, middle] = somewhere(1.0);
-        add_flower(hedge.flowers, middle + out * 0.05, unit(out + random.direction() * 0.4), random.uniform(0.12, 0.2), random);
+        const double size = random.uniform(0.12, 0.2);
+        add_flower(hedge.flowers, middle + out * 0.05, unit(out + random.direction() * 0.4), size, random);
     }
     return hedge;
 }

@@ -50,7 +50,8 @@ TriangleMesh make_coral(uint64_t triangles, Random& random) {
     const LimbSteps grid(triangles, branches);
     for (uint64_t i = 0; i < branches; i++) {
         const Vector out = unit(random.direction() + upwards * 0.8);
-        add_limb(mesh, grow_limb({0, -0.1, 0}, out, random.uniform(0.35, 0.65), random.uniform(0.05, 0.1), 0.4, grid.steps, random), grid.sides, 0.4);
+        const double radius = random.uniform(0.05, 0.1), length = random.uniform(0.35, 0.65);
+        add_limb(mesh, grow_limb({0, -0.1, 0}, out, length, radius, 0.4, grid.steps, random), grid.sides, 0.4);
     }
     return mesh;
 }

@@ -272,7 +272,8 @@ public:
             const double rest = (0.94 - top) / static_cast<double>(count - edges_.size());
             const double high = edges_.size() + 1 == count ? rest : rest * random_.uniform(0.5, 1.4);
             edges_.push_back({top, top + high - 0.02});
-            inks_.push_back(lit(palette_[1 + random_.below(4)], static_cast<float>(random_.uniform(0.8, 1.1))));
+            const auto light = static_cast<float>(random_.uniform(0.8, 1.1));
+            inks_.push_back(lit(palette_[1 + random_.below(4)], light));
             top += high;
         }
     }
@@ -301,10 +302,14 @@ private:
 // Paint that has run together: bands of a palette along the levels of a noise.
 class Clouds final : public BrushPainter {
 public:
-    Clouds(uint32_t width, uint32_t height, double aspect, uint64_t seed)
-        : BrushPainter(width, height, aspect, seed), noise_(noise_shape(2 + random_.below(3), 2 + random_.below(4), 6), seed + 2) {}
+    Clouds(uint32_t width, uint32_t height, double aspect, uint64_t seed) : BrushPainter(width, height, aspect, seed), noise_(shape(), seed + 2) {}
 
 private:
+    RowNoise::Shape shape() {
+        const uint32_t rows = 2 + random_.below(4), columns = 2 + random_.below(3);
+        return noise_shape(columns, rows, 6);
+    }
+
     void paint(uint32_t y, double down) override {
         const std::span<const float> n = noise_.row(y);
         const auto drift = static_cast<float>(1.5 * down);

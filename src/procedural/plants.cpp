@@ -97,8 +97,10 @@ private:
             const size_t number = static_cast<size_t>(std::ranges::lower_bound(ends, place) - ends.begin());
             const Limb& limb = limbs_[std::min(number, limbs_.size() - 1)];
             constexpr uint32_t clusters = 5;
-            const double share = conifer_ ? random_.uniform(0.1, 1) : (random_.below(clusters) + random_.uniform(0.6, 1)) / clusters;
-            const Vector middle = limb.at(0.2 + 0.8 * share) + random_.direction() * (spread * std::sqrt(random_.uniform()));
+            const uint32_t cluster = conifer_ ? 0 : random_.below(clusters);
+            const double share = conifer_ ? random_.uniform(0.1, 1) : (cluster + random_.uniform(0.6, 1)) / clusters;
+            const double away = spread * std::sqrt(random_.uniform());
+            const Vector middle = limb.at(0.2 + 0.8 * share) + random_.direction() * away;
             add_leaf(middle, limb.direction(share), length * random_.uniform(0.75, 1.2), slender);
         }
     }

@@ -94,7 +94,7 @@ private:
     std::vector<Chunk> chunks_;
     std::unordered_map<uint32_t, Entry> entries_;
     std::list<uint32_t> by_age_;  // least recently used first
-    uint64_t allocated_ = 0;      // what is being added counted in
+    uint64_t allocated_ = 0;      // with chunks that are being added
     int adding_ = 0;              // chunks that are being pinned, without the lock
     bool closed_ = false;
     uint32_t users_ = 0;
